@@ -1,0 +1,24 @@
+"""Whether an engine can run on this machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Availability:
+    """Whether an engine runs here.
+
+    Attributes
+    ----------
+    available
+        True if it works: it was tried, not only found.
+    detail
+        What answers (renderer, version) where it works, and the reason where it does not.
+    remedy
+        The command that adds what is missing; empty where it works.
+    """
+
+    available: bool
+    detail: str
+    remedy: str = ""

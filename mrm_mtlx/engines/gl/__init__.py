@@ -1,0 +1,16 @@
+"""Runs generated GLSL and ESSL in an off-screen OpenGL context, one point per sample, with 32-bit float results."""
+
+from mrm_mtlx.engines.gl.context import availability
+from mrm_mtlx.engines.gl.lighting import DirectionalLight, Environment, Lighting, PointLight
+from mrm_mtlx.engines.gl.program import CompileError, CompileMessage, SurfaceProgram
+
+__all__ = [
+    "CompileError",
+    "CompileMessage",
+    "DirectionalLight",
+    "Environment",
+    "Lighting",
+    "PointLight",
+    "SurfaceProgram",
+    "availability",
+]

@@ -1,0 +1,49 @@
+"""One off-screen OpenGL context per process, through EGL on Linux: no display, no window."""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from typing import Any
+
+from mrm_mtlx.engines.availability import Availability
+
+# Uniform blocks, float targets and `#version 300 es` sources in a desktop context (ARB_ES3_compatibility).
+MINIMUM_VERSION = 430
+
+DEBIAN_REMEDY = "apt-get install -y libegl1 libegl-mesa0 libgl1-mesa-dri"
+
+
+@cache
+def context() -> Any:
+    """The moderngl context of this process.
+
+    Raises
+    ------
+    RuntimeError
+        If there is no usable OpenGL driver; the message says what is missing.
+    """
+    try:
+        import moderngl
+
+        backend = {"backend": "egl"} if sys.platform.startswith("linux") else {}
+        return moderngl.create_context(standalone=True, require=MINIMUM_VERSION, **backend)
+    except Exception as error:  # glcontext and the loader raise whatever the platform gives them
+        msg = f"no OpenGL 4.3 context could be made: {error}"
+        raise RuntimeError(msg) from error
+
+
+@cache
+def parking_target() -> Any:
+    """A framebuffer to bind when a target is released: drivers reject going back to one that no longer exists."""
+    return context().framebuffer(color_attachments=[context().texture((1, 1), 4, dtype="f4")])
+
+
+@cache
+def availability() -> Availability:
+    """Whether generated GLSL can run here; the detail names the driver."""
+    try:
+        info = context().info
+    except RuntimeError as error:
+        return Availability(False, str(error), DEBIAN_REMEDY)
+    return Availability(True, f"{info['GL_RENDERER']}, OpenGL {info['GL_VERSION']}")

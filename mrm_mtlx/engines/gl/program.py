@@ -1,0 +1,247 @@
+"""A generated surface shader, linked and ready to be drawn over arrays of samples."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from mrm_mtlx.engines.gl.context import context, parking_target
+from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
+from mrm_mtlx.engines.gl.textures import upload
+from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
+from mrm_mtlx.shadergen.generate import LIGHT_TYPES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from types import TracebackType
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from mrm_mtlx.shadergen import Shader
+
+# Width of the float image that holds one sample per pixel; below every driver's texture limit.
+_ROW = 2048
+
+# The standard environment orientation of MaterialX's viewers would turn images by half a turn; ours are as they lie.
+_IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
+
+
+@dataclass(frozen=True)
+class CompileMessage:
+    """One line of the driver's log: the line of the generated source (from 1; 0 if unknown), its text, the message."""
+
+    line: int
+    source: str
+    message: str
+
+
+class CompileError(Exception):
+    """The driver refused the source.
+
+    `messages` are its complaints in order, at least one.
+    """
+
+    def __init__(self, messages: list[CompileMessage]) -> None:
+        super().__init__("; ".join(message.message for message in messages))
+        self.messages = messages
+
+
+class SurfaceProgram:
+    """A shader in the driver.
+
+    Use it as a context manager, or call `release`: the driver's memory is not the garbage collector's.
+
+    Parameters
+    ----------
+    shader
+        A generated `glsl` or `essl` shader; its pixel stage runs unmodified.
+    textures
+        Pixels, shape (height, width, channels), for uniforms of image files, by variable name. Missing ones are black.
+
+    Raises
+    ------
+    CompileError
+        If the driver refuses the source.
+    RuntimeError
+        If there is no OpenGL here.
+    """
+
+    def __init__(self, shader: Shader, textures: Mapping[str, NDArray[np.floating]] | None = None) -> None:
+        import moderngl
+
+        self._context = context()
+        self._shader = shader
+        self._textures: dict[str, Any] = {}
+        try:
+            self._program = self._context.program(
+                vertex_shader=vertex_source(shader), fragment_shader=shader.sources["pixel"]
+            )
+        except moderngl.Error as error:
+            raise CompileError(_parse_log(str(error), shader.sources["pixel"])) from error
+        self._members = {name: self._program[name] for name in self._program}
+        for port in shader.uniforms:
+            if port.type == "filename":
+                pixels = (textures or {}).get(port.variable, np.zeros((1, 1, 3), dtype=np.float32))
+                self._textures[port.variable] = upload(self._context, pixels)
+            elif port.value is not None and not isinstance(port.value, str):
+                self._set(port.variable, port.value)
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Release the driver's memory."""
+        self.release()
+
+    def release(self) -> None:
+        """Free the program and its textures in the driver."""
+        self._program.release()
+        for texture in self._textures.values():
+            texture.release()
+        self._textures.clear()
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Variables that vary per sample and that `draw` wants values for."""
+        return tuple(port.variable for port in self._shader.inputs)
+
+    def draw(
+        self,
+        inputs: Mapping[str, ArrayLike],
+        lighting: Lighting,
+        uniforms: Mapping[str, Any] | None = None,
+    ) -> NDArray[np.float32]:
+        """Run the shader once per sample.
+
+        Parameters
+        ----------
+        inputs
+            Per-sample values by variable name (`positionWorld`, `normalWorld`, ...), shape (samples, components) or
+            (samples,) for scalars; more names than the shader uses are allowed.
+        lighting
+            Light, environment and eye.
+        uniforms
+            Values that replace those of the document, by variable name.
+
+        Returns
+        -------
+        ndarray, shape (samples, 4), float32
+            The output colour, unclamped; the fourth channel is what the shader writes there.
+
+        Raises
+        ------
+        KeyError
+            If the shader reads an input that is not given, or a uniform is named that it does not have.
+        """
+        missing = [name for name in self.input_names if name not in inputs]
+        if missing:
+            msg = f"the shader reads {', '.join(missing)}, which the caller did not give"
+            raise KeyError(msg)
+        known = {port.variable for port in self._shader.uniforms}
+        unknown = sorted(set(uniforms or {}) - known)
+        if unknown:
+            msg = f"the shader has no uniform {', '.join(unknown)}"
+            raise KeyError(msg)
+        for name, value in (uniforms or {}).items():
+            self._set(name, value)
+        with contextlib.ExitStack() as stack:
+            self._set_lighting(lighting, stack)
+            return self._draw_points(inputs, stack)
+
+    def _draw_points(self, inputs: Mapping[str, ArrayLike], stack: contextlib.ExitStack) -> NDArray[np.float32]:
+        count = len(np.asarray(next(iter(inputs.values()))))
+        width = min(_ROW, max(count, 1))
+        height = max(-(-count // width), 1)
+        self._set("mrm_size", (width, height))
+        bindings = []
+        for port in self._shader.inputs:
+            if f"mrm_{port.variable}" not in self._members:  # the driver dropped an input that nothing depends on
+                continue
+            kind = "i4" if port.type == "integer" else "f4"
+            data = np.ascontiguousarray(inputs[port.variable], dtype=kind).reshape(count, COMPONENTS[port.type])
+            buffer = self._context.buffer(data.tobytes())
+            stack.callback(buffer.release)
+            bindings.append((buffer, f"{COMPONENTS[port.type]}{'i' if kind == 'i4' else 'f'}", f"mrm_{port.variable}"))
+        vertices = self._context.vertex_array(self._program, bindings)
+        stack.callback(vertices.release)
+        image = self._context.texture((width, height), 4, dtype="f4")
+        stack.callback(image.release)
+        target = self._context.framebuffer(color_attachments=[image])
+        stack.callback(target.release)
+        stack.callback(parking_target().use)  # runs before the release
+        target.use()
+        target.clear(0.0, 0.0, 0.0, 0.0)
+        vertices.render(self._context.POINTS, vertices=count)
+        pixels = np.frombuffer(target.read(components=4, dtype="f4"), dtype=np.float32)
+        error = self._context.error
+        if error != "GL_NO_ERROR":
+            msg = f"the driver reported {error} while drawing"
+            raise RuntimeError(msg)
+        return pixels.reshape(-1, 4)[:count].copy()
+
+    def _set_lighting(self, lighting: Lighting, stack: contextlib.ExitStack) -> None:
+        self._set("u_viewPosition", lighting.view_position)
+        self._set("u_envMatrix", _IDENTITY)
+        self._set("u_envLightIntensity", 1.0)
+        self._set("u_refractionTwoSided", False)
+        self._set_light(lighting)
+        environment = lighting.environment
+        black = np.zeros((1, 1, 3), dtype=np.float32)
+        images = {
+            "u_envRadiance": black if environment is None else environment.radiance,
+            "u_envIrradiance": black if environment is None else environment.irradiance,
+        }
+        bound = dict(self._textures)
+        for name, pixels in images.items():
+            # MaterialX's latitude-longitude lookup has row 0 at +y, as the image file has: no flip.
+            bound[name] = upload(self._context, pixels[::-1])
+            # At the seam the longitude wraps, at the poles the latitude ends.
+            bound[name].repeat_y = False
+            stack.callback(bound[name].release)
+        mips = 1 + int(np.log2(max(images["u_envRadiance"].shape[:2])))
+        self._set("u_envRadianceMips", mips)
+        self._set("u_envRadianceSamples", 0 if environment is None else environment.samples)
+        for unit, (name, texture) in enumerate(sorted(bound.items())):
+            texture.use(location=unit)
+            self._set(name, unit)
+
+    def _set_light(self, lighting: Lighting) -> None:
+        self._set("u_numActiveLightSources", 0 if lighting.light is None else 1)
+        field = "u_lightData[0].{}".format
+        self._set(field("intensity"), 1.0)
+        match lighting.light:
+            case DirectionalLight(to_light, irradiance):
+                self._set(field("type"), LIGHT_TYPES["directional_light"])
+                self._set(field("direction"), tuple(-float(x) for x in to_light))
+                self._set(field("color"), irradiance)
+            case PointLight(position, intensity):
+                self._set(field("type"), LIGHT_TYPES["point_light"])
+                self._set(field("position"), position)
+                self._set(field("color"), intensity)
+                self._set(field("decay_rate"), 2.0)
+
+    def _set(self, name: str, value: Any) -> None:
+        """Set a uniform; names the driver has optimised away are passed over."""
+        if name in self._members:
+            self._members[name].value = value
+
+
+def _parse_log(log: str, source: str) -> list[CompileMessage]:
+    """The driver's messages with source lines; Mesa writes `0:12(3): error: ...`, NVIDIA `0(12) : error C0000: ...`."""
+    lines = source.split("\n")
+    messages = []
+    for match in re.finditer(r"^\s*\d+[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?=.*error)(.+)$", log, re.MULTILINE):
+        number = int(match[1])
+        text = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+        messages.append(CompileMessage(number, text, match[2].strip()))
+    if not messages:
+        kept = [line.strip() for line in log.splitlines() if line.strip() and not set(line.strip()) <= set("=-")]
+        messages.append(CompileMessage(0, "", " ".join(kept) or "the driver gave no reason"))
+    return messages

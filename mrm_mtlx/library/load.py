@@ -1,0 +1,60 @@
+"""Loading the data libraries in the order that makes ours win."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+
+import MaterialX as mx
+
+from mrm_mtlx.library.paths import node_library_folder
+
+
+class Origin(StrEnum):
+    """Whose implementation of the retroreflective BSDFs is used."""
+
+    MRM = "mrm"
+    UPSTREAM = "upstream"
+
+
+@dataclass(frozen=True)
+class DataLibrary:
+    """A loaded data library.
+
+    Attributes
+    ----------
+    origin
+        `mrm`: the node library of this project over the standard library. `upstream`: the standard library alone.
+    document
+        All definitions and implementations; shared, to be read only.
+    search_path
+        Where source files and their includes are found.
+    """
+
+    origin: Origin
+    document: mx.Document
+    search_path: mx.FileSearchPath
+
+
+@cache
+def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
+    """Load the standard library and, for `Origin.MRM`, ours before it; one copy per process.
+
+    MaterialX keeps the first element of a name and the first implementation of a definition, so ours is loaded first.
+    Each of the two is loaded in a call and with a search path of its own: a folder name resolves to its first match on
+    the path alone, so that one common path would hide one of the two libraries.
+    """
+    document = mx.createDocument()
+    search_path = mx.getDefaultDataSearchPath()
+    if origin is Origin.MRM:
+        ours = mx.FileSearchPath(str(node_library_folder()))
+        mx.loadLibraries(["pbrlib"], ours, document)
+        search_path.append(ours)
+    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
+    return DataLibrary(origin, document, search_path)
+
+
+def materialx_version() -> str:
+    """Version of the installed MaterialX, such as "1.39.5"."""
+    return str(mx.getVersionString())

@@ -1,0 +1,15 @@
+"""A renderable element and a target give shader source code."""
+
+from mrm_mtlx.shadergen.generate import GenerationError, Port, Shader, generate, renderable_elements
+from mrm_mtlx.shadergen.targets import TARGETS, Target, available_targets
+
+__all__ = [
+    "TARGETS",
+    "GenerationError",
+    "Port",
+    "Shader",
+    "Target",
+    "available_targets",
+    "generate",
+    "renderable_elements",
+]

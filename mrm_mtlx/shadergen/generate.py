@@ -1,0 +1,148 @@
+"""From a renderable element to source code, through MaterialX's generators."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+from MaterialX import PyMaterialXGenShader as mx_gen
+
+from mrm_mtlx.shadergen.targets import TARGETS, Target
+
+if TYPE_CHECKING:
+    from mrm_mtlx.library import DataLibrary
+
+# Numbers by which the generated light loop tells the light types apart.
+LIGHT_TYPES = {"directional_light": 1, "point_light": 2}
+
+
+class GenerationError(Exception):
+    """MaterialX could not generate a shader; the message is MaterialX's own."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """A variable of the generated code: a uniform or an interpolated input.
+
+    `path` is the document element the value came from, or "" for the generator's own variables; `value` is a plain
+    Python value (bool, int, float, str or a tuple of floats), or None where the host is to supply it.
+    """
+
+    variable: str
+    type: str
+    value: Any
+    path: str
+
+
+@dataclass(frozen=True)
+class Shader:
+    """Generated source code and its interface.
+
+    `sources` maps a stage ("vertex", "pixel") to its code; `uniforms` are those of the pixel stage; `inputs` are the
+    pixel stage's interpolated inputs, in the block instance `input_block` (empty where the target has no blocks).
+    """
+
+    target: str
+    name: str
+    sources: dict[str, str]
+    uniforms: tuple[Port, ...]
+    inputs: tuple[Port, ...]
+    input_block: str
+
+
+def renderable_elements(document: mx.Document) -> list[Any]:
+    """Materials, and outputs of shader type that no material uses; what MaterialX calls renderable, in file order."""
+    return list(mx_gen.findRenderableElements(document))
+
+
+def generate(element: Any, target_name: str, library: DataLibrary) -> Shader:
+    """Generate the shader of a renderable element for a target.
+
+    Directional and point lights are bound, one light at most at a time, so that the hardware targets have a light loop.
+    Environment lighting uses filtered importance sampling: with method NONE, MaterialX 1.39.5 emits GLSL that does not
+    compile (u_refractionTwoSided is undeclared).
+
+    Raises
+    ------
+    GenerationError
+        If MaterialX refuses; the message is its own.
+    """
+    target = TARGETS[target_name]
+    generator = target.create()
+    context = _context(generator, target, library)
+    name = str(mx.createValidName(element.getName()))
+    try:
+        shader = generator.generate(name, element, context)
+    except Exception as error:  # MaterialX throws several unrelated types
+        raise GenerationError(str(error)) from error
+    if shader is None:
+        msg = "MaterialX returned no shader and gave no reason"
+        raise GenerationError(msg)
+    sources = {stage: str(shader.getSourceCode(stage)) for stage in target.suffixes}
+    if not sources["pixel"].strip():
+        msg = "MaterialX returned an empty shader"
+        raise GenerationError(msg)
+    stage = shader.getStage("pixel")
+    return Shader(target.name, name, sources, _uniforms(stage), *_inputs(stage, generator, target))
+
+
+def _context(generator: Any, target: Target, library: DataLibrary) -> Any:
+    context = mx_gen.GenContext(generator)
+    context.registerSourceCodeSearchPath(library.search_path)
+    generator.registerTypeDefs(library.document)
+    colours = mx_gen.DefaultColorManagementSystem.create(generator.getTarget())
+    colours.loadLibrary(library.document)
+    generator.setColorManagementSystem(colours)
+    generator.setUnitSystem(_units(generator, library.document))
+    options = context.getOptions()
+    options.targetDistanceUnit = "meter"
+    options.targetColorSpaceOverride = "lin_rec709"
+    if target.hardware:
+        options.hwSpecularEnvironmentMethod = mx_gen.HwSpecularEnvironmentMethod.SPECULAR_ENVIRONMENT_FIS
+        options.hwMaxActiveLightSources = 1
+        for light, number in LIGHT_TYPES.items():
+            definition = library.document.getNodeDef(f"ND_{light}")
+            mx_gen.HwShaderGenerator.bindLightShader(definition, number, context)
+    return context
+
+
+def _units(generator: Any, library: mx.Document) -> Any:
+    units = mx_gen.UnitSystem.create(generator.getTarget())
+    registry = mx.UnitConverterRegistry.create()
+    for kind in ("distance", "angle"):
+        definition = library.getUnitTypeDef(kind)
+        registry.addUnitConverter(definition, mx.LinearUnitConverter.create(definition))
+    units.loadLibrary(library)
+    units.setUnitConverterRegistry(registry)
+    return units
+
+
+def _uniforms(stage: Any) -> tuple[Port, ...]:
+    blocks = stage.getUniformBlocks()
+    return tuple(_port(port) for name in sorted(blocks) if name != "LightData" for port in blocks[name])
+
+
+def _inputs(stage: Any, generator: Any, target: Target) -> tuple[tuple[Port, ...], str]:
+    if not target.hardware:
+        return (), ""
+    ports = tuple(_port(port) for block in stage.getInputBlocks().values() for port in block)
+    # ESSL has no interface blocks: each input is a variable of its own.
+    return ports, "" if generator.getVersion().endswith("es") else "vd"
+
+
+def _port(port: Any) -> Port:
+    value = port.getValue()
+    return Port(
+        str(port.getVariable()), str(port.getType().getName()), _plain(value and value.getData()), str(port.getPath())
+    )
+
+
+def _plain(value: Any) -> Any:
+    """MaterialX vectors, colours and matrices as flat tuples of floats; other values as they are."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, mx.Matrix33 | mx.Matrix44):
+        size = range(value.numRows())
+        return tuple(float(value[row, column]) for row in size for column in size)
+    return tuple(float(x) for x in value.asTuple())

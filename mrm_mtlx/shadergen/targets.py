@@ -1,0 +1,77 @@
+"""The shading languages that MaterialX can generate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Target:
+    """One shading language.
+
+    Attributes
+    ----------
+    name
+        What the command line calls it.
+    module, generator
+        Where MaterialX keeps its generator class.
+    hardware
+        True for the GLSL family: rasterising shaders with a light loop, which share the `genglsl` implementations.
+    suffixes
+        File suffix per stage; targets without a vertex stage have a pixel stage alone.
+    """
+
+    name: str
+    module: str
+    generator: str
+    hardware: bool
+    suffixes: dict[str, str]
+
+    def create(self) -> Any:
+        """A new MaterialX shader generator.
+
+        Raises
+        ------
+        ImportError
+            If the installed MaterialX lacks the target.
+        """
+        module = import_module(f"MaterialX.{self.module}")
+        if not hasattr(module, self.generator):
+            msg = f"the installed MaterialX has no generator for {self.name}"
+            raise ImportError(msg)
+        return getattr(module, self.generator).create()
+
+
+def _hardware(name: str, module: str, generator: str, suffix: str) -> Target:
+    return Target(name, module, generator, True, {"vertex": f".vert{suffix}", "pixel": f".frag{suffix}"})
+
+
+TARGETS: dict[str, Target] = {
+    target.name: target
+    for target in (
+        _hardware("glsl", "PyMaterialXGenGlsl", "GlslShaderGenerator", ".glsl"),
+        _hardware("essl", "PyMaterialXGenGlsl", "EsslShaderGenerator", ".essl"),
+        _hardware("vulkan", "PyMaterialXGenGlsl", "VkShaderGenerator", ".vk.glsl"),
+        _hardware("msl", "PyMaterialXGenMsl", "MslShaderGenerator", ".metal"),
+        Target("slang", "PyMaterialXGenSlang", "SlangShaderGenerator", True, {"pixel": ".slang"}),
+        _hardware("wgsl", "PyMaterialXGenGlsl", "WgslShaderGenerator", ".wgsl.glsl"),
+        Target("osl", "PyMaterialXGenOsl", "OslShaderGenerator", False, {"pixel": ".osl"}),
+        Target("mdl", "PyMaterialXGenMdl", "MdlShaderGenerator", False, {"pixel": ".mdl"}),
+    )
+}
+
+
+@cache
+def available_targets() -> tuple[str, ...]:
+    """Names of the targets that the installed MaterialX generates, in the order of `TARGETS`."""
+    names = []
+    for target in TARGETS.values():
+        try:
+            target.create()
+        except ImportError:
+            continue
+        names.append(target.name)
+    return tuple(names)
