@@ -1,0 +1,25 @@
+"""The optics of retroreflective microfacet materials, in float64 NumPy and nothing else.
+
+Conventions, for the whole project
+----------------------------------
+* Directions are unit vectors that point away from the surface: `v` to the viewer, `l` to the light, `n` the normal.
+* The local frame has z = n and x = tangent; its arrays have shape `(..., 3)`.
+* Angles are in radians; the command line converts from degrees.
+* `alpha` is the microfacet width, `roughness` an artist's value; `alpha = roughness**2`. What a MaterialX BSDF node calls
+  `roughness` is already `alpha`.
+* `eval(v, l)` returns the BSDF in 1/sr, without the cosine of l. The reference's `response(v, l)` includes that cosine,
+  as MaterialX's closures do.
+* `h` is the half-vector of v and l; `v' = mirror(v)` is v mirrored about n; `b`, the half-vector of v' and l, is the
+  back-vector. A retroreflective lobe is the ordinary lobe seen from v' (Portsmouth et al. 2026, eq. 3 and 10).
+* Parameters broadcast with the samples: a scalar parameter is a scalar or an array of the samples' shape `(...)`, a
+  colour a scalar, a triple, or an array `(..., 3)`.
+
+The parts (`ggx`, `fresnel`, `thin_film`, `albedo`, `diffuse`, `vectors`) are plain functions; `lobes` composes them.
+This is the physics as the papers have it. What MaterialX's shaders do differently (mean-width masking, clamps, closure
+arithmetic) is in `mrm_mtlx.reference`, which is built on these parts.
+"""
+
+from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Lobe
+from mrm_mtlx.bsdf.vectors import back_vector, half_vector, mirror
+
+__all__ = ["Conductor", "Dielectric", "GeneralizedSchlick", "Lobe", "back_vector", "half_vector", "mirror"]

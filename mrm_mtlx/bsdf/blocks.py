@@ -1,0 +1,80 @@
+"""Evaluation over large arrays: in blocks that stay in the processor's cache, on all processors."""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# Measured best of 2^10 to 2^16 for the conductor (benchmarks/oracle.py): smaller blocks wait for the interpreter lock,
+# larger ones leave the cache.
+BLOCK = 16384
+
+
+def processors() -> int:
+    """Number of processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def evaluate_in_blocks(
+    function: Callable[..., Array], scalars: dict[str, Array], colors: dict[str, Array], vectors: tuple[Array, ...]
+) -> Array:
+    """Evaluate a lobe over the broadcast shape of its samples and parameters.
+
+    Parameters
+    ----------
+    function
+        Called as `function(*vectors, **scalars, **colors)` with the components first: vectors (3, m), scalars () or
+        (m,), colours (3, 1) or (3, m); returns (3, m).
+    scalars : shape (...)
+    colors, vectors : shape (..., 3)
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not broadcast.
+    """
+    shapes = [a.shape for a in scalars.values()] + [a.shape[:-1] for a in (*colors.values(), *vectors)]
+    try:
+        shape = np.broadcast_shapes(*shapes)
+    except ValueError as error:
+        msg = f"samples and parameters do not broadcast: {', '.join(str(s) for s in shapes)}"
+        raise ValueError(msg) from error
+    count = math.prod(shape)
+    flat_vectors = [np.broadcast_to(a, (*shape, 3)).reshape(count, 3) for a in vectors]
+    flat_scalars = {k: a.reshape(()) if a.size == 1 else np.broadcast_to(a, shape).ravel() for k, a in scalars.items()}
+    flat_colors = {
+        k: a.reshape(1, 3) if a.size == 3 else np.broadcast_to(a, (*shape, 3)).reshape(count, 3)
+        for k, a in colors.items()
+    }
+    result = np.empty((count, 3))
+
+    def fill(start: int) -> None:
+        part = slice(start, start + BLOCK)
+        result[part] = function(
+            *(np.ascontiguousarray(a[part].T) for a in flat_vectors),
+            **{k: a[part] if a.ndim else a for k, a in flat_scalars.items()},
+            **{k: np.ascontiguousarray((a[part] if len(a) > 1 else a).T) for k, a in flat_colors.items()},
+        ).T
+
+    starts = range(0, count, BLOCK)
+    if len(starts) < 2:
+        for start in starts:
+            fill(start)
+    else:
+        with ThreadPoolExecutor(min(processors(), len(starts))) as pool:
+            for _ in pool.map(fill, starts):  # iterating raises what a block raised
+                pass
+    return result.reshape(*shape, 3)

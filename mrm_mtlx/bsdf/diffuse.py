@@ -1,0 +1,62 @@
+"""Rough diffuse reflection (Oren and Nayar), as MaterialX's node has it, in 1/sr without the cosine.
+
+Directions enter by their cosines alone: n.v, n.l and l.v, each in (0, 1].
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# Constants of Fujii's variant: 1/2 - 2/(3 pi) and 2/3 - 28/(15 pi).
+_FUJII_1 = 0.5 - 2.0 / (3.0 * np.pi)
+_FUJII_2 = 2.0 / 3.0 - 28.0 / (15.0 * np.pi)
+_EPSILON = 1e-8
+
+
+def oren_nayar(cos_v: ArrayLike, cos_l: ArrayLike, v_l: ArrayLike, roughness: ArrayLike) -> Array:
+    """Qualitative model (Oren and Nayar 1994, eq. 30) of unit albedo, shape (...); `roughness` is sigma.
+
+    At roughness 0 it is 1/pi.
+    """
+    cos_v, cos_l = np.asarray(cos_v, dtype=float), np.asarray(cos_l, dtype=float)
+    s = np.asarray(v_l) - cos_l * cos_v
+    t = np.where(s > 0.0, s / np.maximum(cos_l, cos_v), 0.0)
+    squared = np.square(np.asarray(roughness, dtype=float))
+    a = 1.0 - 0.5 * squared / (squared + 0.33)
+    b = 0.45 * squared / (squared + 0.09)
+    return np.asarray((a + b * t) / np.pi)
+
+
+def compensated_oren_nayar(
+    cos_v: ArrayLike, cos_l: ArrayLike, v_l: ArrayLike, roughness: ArrayLike, color: ArrayLike
+) -> Array:
+    """Energy-preserving model (EON: Portsmouth, Kutz and Hill 2025), shape of `color` with the samples.
+
+    Fujii's single-scattering lobe plus a multiple-scattering lobe from its albedo.
+    """
+    cos_v, cos_l, color = (np.asarray(x, dtype=float) for x in (cos_v, cos_l, color))
+    r = np.asarray(roughness, dtype=float)
+    s = np.asarray(v_l) - cos_l * cos_v
+    t = np.where(s > 0.0, s / np.maximum(cos_l, cos_v), s)
+    a = 1.0 / (1.0 + _FUJII_1 * r)
+    single = color * a * (1.0 + r * t)
+    mean = a * (1.0 + _FUJII_2 * r)
+    lost_v, lost_l = (np.maximum(1.0 - fujii_albedo(c, r), _EPSILON) for c in (cos_v, cos_l))
+    tint = color * color * mean / (1.0 - color * np.maximum(1.0 - mean, 0.0))
+    return np.asarray((single + tint * lost_v * lost_l / np.maximum(1.0 - mean, _EPSILON)) / np.pi)
+
+
+def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike) -> Array:
+    """Directional albedo of Fujii's lobe of unit colour (Portsmouth et al. 2025, eq. 14), shape (...)."""
+    c, r = np.asarray(cos_theta, dtype=float), np.asarray(roughness, dtype=float)
+    a = 1.0 / (1.0 + _FUJII_1 * r)
+    sine = np.sqrt(np.maximum(1.0 - c * c, 0.0))
+    g = sine * (np.arccos(np.clip(c, -1.0, 1.0)) - sine * c) + 2.0 * (sine / c * (1.0 - sine**3) - sine) / 3.0
+    return np.asarray(a * (1.0 + r * g / np.pi))

@@ -1,0 +1,158 @@
+"""Interference in a thin film over an interface, as MaterialX's closures have it.
+
+Airy's series over the film, integrated against Gaussian fits of the colour-matching functions in the Fourier domain
+(Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"). MaterialX
+keeps two terms of the series and clamps the colour to [0, 1]; both are part of its definition of the node, and kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.bsdf import fresnel
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# Terms of Airy's series beyond the constant one.
+SERIES_TERMS = 2
+
+# Gaussian fits of the colour-matching functions (Belcour and Barla 2017, supplemental code): amplitude, position and
+# variance for X, Y, Z, and X's second lobe. Positions in 1/m, for phases in m.
+_AMPLITUDE = np.array([5.4856e-13, 4.4201e-13, 5.2481e-13])
+_POSITION = np.array([1.6810e06, 1.7953e06, 2.2084e06])
+_VARIANCE = np.array([4.3278e09, 9.3046e09, 6.6121e09])
+_X2_AMPLITUDE, _X2_POSITION, _X2_VARIANCE = 9.7470e-14, 2.2399e06, 4.5282e09
+_NORMALISATION = 1.0685e-7
+
+# CIE XYZ to linear RGB for illuminant E.
+XYZ_TO_RGB = np.array(
+    [
+        [2.3706743, -0.9000405, -0.4706338],
+        [-0.5138850, 1.4253036, 0.0885814],
+        [0.0052982, -0.0146949, 1.0093968],
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Substrate:
+    """What lies under the film, per colour channel; arrays with the channel first, shape (3, ...).
+
+    Attributes
+    ----------
+    cos_theta
+        Cosine inside the film at which the substrate is seen, shape (...).
+    parallel, perpendicular
+        Reflectances of the film-substrate interface.
+    phase_parallel, phase_perpendicular
+        Phase shifts on reflection there [rad].
+    """
+
+    parallel: Array
+    perpendicular: Array
+    phase_parallel: Array
+    phase_perpendicular: Array
+
+
+def cosine_in_film(cos_theta: ArrayLike, film_ior: ArrayLike) -> Array:
+    """Cosine of the refracted ray in the film (Snell), shape (...)."""
+    sin2 = 1.0 - np.square(np.asarray(cos_theta, dtype=float))
+    return np.asarray(np.sqrt(1.0 - sin2 / np.square(film_ior)))
+
+
+def metal_substrate(cos_film: ArrayLike, film_ior: ArrayLike, ior: ArrayLike, extinction: ArrayLike) -> Substrate:
+    """A metal or, with extinction 0, a dielectric under the film; `ior` and `extinction` relative to the outside.
+
+    Phases by Belcour and Barla 2017 (from Born and Wolf, section 14.4.1), with U + iV the root of the complex index
+    squared minus (film_ior sin)^2.
+    """
+    c, eta1 = np.asarray(cos_film, dtype=float), np.asarray(film_ior, dtype=float)
+    eta, kappa = np.asarray(ior, dtype=float), np.asarray(extinction, dtype=float)
+    parallel, perpendicular = fresnel.conductor_polarized(c, eta / eta1, kappa / eta1)
+    real = eta**2 - kappa**2 - eta1**2 * (1.0 - c * c)
+    modulus = np.hypot(real, 2.0 * eta * kappa)
+    u = np.sqrt(np.maximum(0.5 * (modulus + real), 0.0))
+    v = np.sqrt(np.maximum(0.5 * (modulus - real), 0.0))
+    phase_s = np.arctan2(2.0 * eta1 * v * c, u * u + v * v - np.square(eta1 * c))
+    phase_p = np.arctan2(
+        2.0 * eta1 * c * (2.0 * eta * kappa * u - (eta**2 - kappa**2) * v),
+        np.square((eta**2 + kappa**2) * c) - eta1**2 * (u * u + v * v),
+    )
+    return Substrate(parallel, perpendicular, phase_p, phase_s)
+
+
+def schlick_substrate(reflectance: ArrayLike, film_ior: ArrayLike, color0: ArrayLike) -> Substrate:
+    """A substrate given by its reflectance in the film and its `color0`.
+
+    MaterialX gives half of the reflectance to each polarisation, so that a film over generalised Schlick is darker than
+    one over the same dielectric; kept as its closures have it. The phase is 0 or pi, by which side is denser.
+    """
+    half = 0.5 * np.asarray(reflectance, dtype=float)
+    phase = np.where(fresnel.schlick_ior(color0) < film_ior, np.pi, 0.0)
+    return Substrate(half, half, phase, phase)
+
+
+def reflectance_xyz(cos_theta: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike, substrate: Substrate) -> Array:
+    """Reflectance of film and substrate in CIE XYZ for illuminant E, shape (3, ...), unclamped.
+
+    Parameters
+    ----------
+    cos_theta : array_like, shape (...)
+        Cosine of incidence outside, in [0, 1].
+    thickness_nm : array_like, shape (...)
+        Film thickness [nm], > 0.
+    film_ior : array_like, shape (...)
+        Index of refraction of the film relative to the outside, >= 1.
+    substrate
+        What lies under the film.
+    """
+    c, eta = np.asarray(cos_theta, dtype=float), np.asarray(film_ior, dtype=float)
+    # Optical path difference of neighbouring terms [m].
+    path = 2.0 * eta * cosine_in_film(c, eta) * np.asarray(thickness_nm) * 1e-9
+    top_parallel, top_perpendicular = fresnel.dielectric_polarized(c, eta)
+    brewster = 1.0 / np.sqrt(1.0 + eta * eta)  # cos(atan(eta))
+    phase_top_parallel = np.where(c < brewster, 0.0, np.pi)
+    parallel = _airy(top_parallel, substrate.parallel, path, phase_top_parallel + substrate.phase_parallel)
+    perpendicular = _airy(top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular)
+    return 0.5 * (parallel + perpendicular)
+
+
+def to_rgb(xyz: Array) -> Array:
+    """Linear RGB of an XYZ reflectance, shape (3, ...), clamped to [0, 1] as MaterialX does."""
+    return np.clip(np.einsum("ij,j...->i...", XYZ_TO_RGB, xyz), 0.0, 1.0)
+
+
+def _airy(top: Array, base: Array, path: Array, phase: Array) -> Array:
+    """Sum over the reflections in the film for one polarisation (Belcour and Barla 2017, eq. 10)."""
+    transmitted = 1.0 - top
+    direct = transmitted**2 * base / (1.0 - top * base)
+    total = top + direct
+    amplitude = direct - transmitted
+    round_trip = np.sqrt(np.maximum(top * base, 0.0))
+    for term in range(1, SERIES_TERMS + 1):
+        amplitude = amplitude * round_trip
+        total = total + amplitude * 2.0 * _sensitivity(term * path, term * phase)
+    return np.asarray(total)
+
+
+def _sensitivity(path: Array, phase: Array) -> Array:
+    """Fourier transform of the colour-matching functions at a path difference, shape (3, ...)."""
+    omega = 2.0 * np.pi * path
+    shape = (3,) + (1,) * np.ndim(omega)
+    position, variance = _POSITION.reshape(shape), _VARIANCE.reshape(shape)
+    scale = (_AMPLITUDE * np.sqrt(2.0 * np.pi * _VARIANCE)).reshape(shape)
+    xyz = scale * np.cos(position * omega + phase) * np.exp(-variance * omega**2)
+    phase_x = np.broadcast_to(phase, xyz.shape)[0]
+    xyz[0] += (
+        _X2_AMPLITUDE
+        * np.sqrt(2.0 * np.pi * _X2_VARIANCE)
+        * np.cos(_X2_POSITION * omega + phase_x)
+        * np.exp(-_X2_VARIANCE * omega**2)
+    )
+    return xyz / _NORMALISATION

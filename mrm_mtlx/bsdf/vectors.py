@@ -1,0 +1,63 @@
+"""Directions in the local frame: mirror image, half-vector, back-vector."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+
+def dot(a: ArrayLike, b: ArrayLike) -> Array:
+    """Scalar product over the last axis, shape (...)."""
+    return np.einsum("...i,...i->...", np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+
+
+def normalize(a: ArrayLike) -> Array:
+    """Unit vector along `a`, shape (..., 3). A zero vector gives NaN, since it has no direction."""
+    a = np.asarray(a, dtype=float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return a / np.sqrt(dot(a, a))[..., None]
+
+
+def mirror(v: ArrayLike) -> Array:
+    """View direction mirrored about the normal, v' = 2 (n.v) n - v (Portsmouth et al. 2026, eq. 3).
+
+    Parameters
+    ----------
+    v : array_like, shape (..., 3)
+        In the local frame.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Of the same length; mirroring twice gives v back.
+
+    Examples
+    --------
+    >>> mirror([0.6, 0.0, 0.8]).tolist()
+    [-0.6, -0.0, 0.8]
+    """
+    return np.asarray(v, dtype=float) * np.array([-1.0, -1.0, 1.0])
+
+
+def half_vector(v: ArrayLike, l: ArrayLike) -> Array:
+    """Half-vector h = (v + l) / |v + l|, shape (..., 3); NaN where v = -l."""
+    return normalize(np.asarray(v, dtype=float) + np.asarray(l, dtype=float))
+
+
+def back_vector(v: ArrayLike, l: ArrayLike) -> Array:
+    """Back-vector b = half-vector of v' and l, shape (..., 3) (Portsmouth et al. 2026, eq. 3).
+
+    It is n wherever l = v.
+
+    Examples
+    --------
+    >>> back_vector([0.6, 0.0, 0.8], [0.6, 0.0, 0.8]).tolist()
+    [0.0, 0.0, 1.0]
+    """
+    return half_vector(mirror(v), l)

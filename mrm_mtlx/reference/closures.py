@@ -1,0 +1,247 @@
+"""MaterialX's closures: what its hardware shaders compute for a light, built on the optics of `mrm_mtlx.bsdf`.
+
+Everything that MaterialX 1.39.5 does and the papers do not say is in this module:
+
+* a closure is a pair (response, throughput); the response has the cosine of l, which cancels against 1 / (4 n.v n.l);
+* alpha is clamped to [1e-8, 1], n.v, n.l and v.m to [1e-8, 1]; light from below is not cut off, only clamped;
+* masking and energy compensation use the mean width sqrt(alpha_x alpha_y), D both widths;
+* colours are clamped from below at 0; a weight under 1e-8 switches a lobe off.
+
+Arrays: directions, colours and frames have the component first, shape (3, samples); scalars (samples,) or ().
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.bsdf import albedo, diffuse, fresnel, ggx, thin_film
+from mrm_mtlx.bsdf.lobes import conductor_reflectance, dielectric_reflectance, schlick_reflectance
+from mrm_mtlx.reference.rounding import UNIT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# MaterialX's M_FLOAT_EPS.
+EPSILON = 1e-8
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A BSDF node's value: what it reflects of the light, and what it lets through to the layer below.
+
+    `response` and `throughput` have shape (3, samples) or broadcast to it.
+    """
+
+    response: Array
+    throughput: Array
+
+
+@dataclass(frozen=True)
+class Light:
+    """The directions of an evaluation: `v`, `l`, shape (3, samples); `part`: see `rounding.Move`."""
+
+    v: Array
+    l: Array
+    part: str = ""
+
+
+@dataclass(frozen=True)
+class Facets:
+    """The inputs that the three microfacet nodes share; scalars as arrays, `normal` and `tangent` (3, samples)."""
+
+    weight: Array
+    alpha_x: Array
+    alpha_y: Array
+    retroreflective: Array
+    thinfilm_thickness: Array
+    thinfilm_ior: Array
+    normal: Array
+    tangent: Array
+    scatter_mode: str = "R"
+
+
+# What a node leaves untouched when it has nothing to add: no response, everything below shows.
+def transparent() -> Closure:
+    """The closure of nothing."""
+    return Closure(np.zeros((3, 1)), np.ones((3, 1)))
+
+
+def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Closure:
+    """`conductor_bsdf` for one light. Opaque: throughput 0, also at weight 0."""
+    if light.part == "reflectance":
+        # The squares of the index are formed in float32, and their difference cancels where extinction >> ior.
+        squared = (ior + 1j * extinction) ** 2
+        moved = np.sqrt(squared + UNIT * np.abs(squared))
+        ior, extinction = moved.real, moved.imag
+    film = facets.thinfilm_thickness, facets.thinfilm_ior
+
+    def reflectance(c: Array) -> Array:
+        return conductor_reflectance(c, ior, extinction, *film)
+
+    _, response = _microfacet(light, facets, reflectance, lambda a, b: np.zeros(()))
+    return Closure(response, np.zeros((3, 1)))
+
+
+def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure:
+    """`dielectric_bsdf` for one light: the reflected part; throughput 1 - albedo * weight, the tint left out."""
+    if facets.scatter_mode == "T":
+        return transparent()
+
+    def reflectance(c: Array) -> Array:
+        seen = dielectric_reflectance(c, ior, facets.thinfilm_thickness, facets.thinfilm_ior)
+        return seen + _amplitude_error(seen, c, ior) if light.part == "reflectance" else seen
+
+    f0 = fresnel.reflectance_at_normal(ior)
+    lost, response = _microfacet(light, facets, reflectance, lambda a, b: a * f0 + b)
+    on = facets.weight >= EPSILON
+    return Closure(response * np.maximum(tint, 0.0), np.where(on, 1.0 - lost * facets.weight, 1.0))
+
+
+def generalized_schlick(
+    light: Light, facets: Facets, color0: Array, color82: Array, color90: Array, exponent: Array
+) -> Closure:
+    """`generalized_schlick_bsdf` for one light; its throughput is grey, 1 - mean albedo * weight."""
+    if facets.scatter_mode == "T":
+        return transparent()
+    color0, color82, color90 = (np.maximum(c, 0.0) for c in (color0, color82, color90))
+
+    def reflectance(c: Array) -> Array:
+        seen = schlick_reflectance(
+            c, color0, color82, color90, exponent, facets.thinfilm_thickness, facets.thinfilm_ior
+        )
+        if light.part == "reflectance":
+            seen = seen + np.abs(color90 - color0) * _power_error(1.0 - c, exponent)
+        return seen
+
+    lost, response = _microfacet(light, facets, reflectance, lambda a, b: a * color0 + b * color90)
+    mean = np.mean(lost, axis=0, keepdims=True)
+    on = facets.weight >= EPSILON
+    return Closure(response, np.where(on, 1.0 - mean * facets.weight, 1.0))
+
+
+def oren_nayar(
+    light: Light, weight: Array, color: Array, roughness: Array, normal: Array, energy_compensation: Array
+) -> Closure:
+    """`oren_nayar_diffuse_bsdf` for one light; throughput 0."""
+    n = _facing(normal, light.v)
+    cos_v, cos_l, v_l = _cosine(n, light.v), _cosine(n, light.l), _cosine(light.l, light.v)
+    plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
+    compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color)
+    f = np.where(energy_compensation, compensated, plain)
+    response = np.where(weight >= EPSILON, f * weight * cos_l, 0.0)
+    return Closure(response, np.zeros((3, 1)))
+
+
+def layer(top: Closure, base: Closure) -> Closure:
+    """Albedo scaling: the base is seen through what the top lets pass."""
+    return Closure(top.response + base.response * top.throughput, top.throughput * base.throughput)
+
+
+def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
+    """`(1 - amount) background + amount foreground`, of response and throughput."""
+    rest = 1.0 - amount
+    return Closure(
+        background.response * rest + foreground.response * amount,
+        background.throughput * rest + foreground.throughput * amount,
+    )
+
+
+def add(first: Closure, second: Closure) -> Closure:
+    """The sum of two BSDFs; their albedos add, so the throughput is t1 + t2 - 1, not below 0."""
+    return Closure(
+        first.response + second.response, np.maximum(first.throughput + second.throughput - 1.0, 0.0)
+    )
+
+
+def multiply(closure: Closure, factor: Array) -> Closure:
+    """The response times a factor, clamped to [0, 1]; the throughput stays."""
+    return Closure(closure.response * np.clip(factor, 0.0, 1.0), closure.throughput)
+
+
+def _microfacet(
+    light: Light,
+    facets: Facets,
+    reflectance: Callable[[Array], Array],
+    white: Callable[[Array, Array], Array],
+) -> tuple[Array, Array]:
+    """Directional albedo (for the throughput) and response of a lobe; `white(A, B)` combines the albedo factors."""
+    # v' = 2 (n.v) n - v, and n is turned to face it: n.v' = n.v, so it is the same turn as for v.
+    mirrored = 2.0 * _dot(facets.normal, light.v) * facets.normal - light.v
+    v = np.where(facets.retroreflective, mirrored, light.v)
+    n = _facing(facets.normal, v)
+    x = facets.tangent - _dot(facets.tangent, n) * n
+    x = x / np.sqrt(_dot(x, x))
+    y = np.cross(n, x, axis=0)
+    m = v + light.l
+    m = m / np.sqrt(_dot(m, m))
+    cos_v, cos_l, cos_m = _cosine(n, v), _cosine(n, light.l), _cosine(v, m)
+    alpha_x, alpha_y = (np.clip(a, EPSILON, 1.0) for a in (facets.alpha_x, facets.alpha_y))
+    mean_alpha = np.sqrt(alpha_x * alpha_y)
+
+    if light.part == "reflectance":
+        # v.m is a sum of three rounded products, also where it is nearly 1 and no longer moves with v and l.
+        f = reflectance(cos_m - UNIT * cos_m)
+        f = f + _film_error(f, facets)
+    else:
+        f = reflectance(cos_m)
+    a, b = albedo.albedo_factors(cos_v, mean_alpha)
+    if light.part == "albedo":
+        a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
+    compensation = albedo.compensation(f, a + b)
+    d = ggx.distribution(_dot(m, x), _dot(m, y), _dot(m, n), alpha_x, alpha_y)
+    g = ggx.masking_shadowing_isotropic(cos_v, cos_l, mean_alpha)
+    response = f * compensation * (d * g * facets.weight / (4.0 * cos_v))
+    return white(a, b) * compensation, np.where(facets.weight >= EPSILON, response, 0.0)
+
+
+def _amplitude_error(reflectance: Array, cos_theta: Array, ior: Array) -> Array:
+    """Error of a dielectric's reflectance per unit roundoff of g^2 = ior^2 + cos^2 - 1, which cancels for ior near 1.
+
+    The amplitude r = (g - c) / (g + c) moves by 2 c dg / (g + c)^2, the reflectance is its square.
+    """
+    squared = np.square(ior)
+    g = np.sqrt(np.maximum(squared - 1.0 + np.square(cos_theta), UNIT))
+    moved = cos_theta * UNIT * (squared + 1.0) / (g * np.square(g + cos_theta))
+    return np.asarray(2.0 * np.sqrt(reflectance) * moved + moved * moved)
+
+
+def _film_error(reflectance: Array, facets: Facets) -> Array | float:
+    """Error of a film's reflectance per unit roundoff: its XYZ values, all near 1 or below, cancel in the RGB matrix."""
+    if not np.any(facets.thinfilm_thickness > 0.0):
+        return 0.0
+    amplification = np.sum(np.abs(thin_film.XYZ_TO_RGB), axis=1)[:, None] * UNIT
+    # A colour clamped to 0 may be a hair above it in float32, so the error is not relative to the clamped colour.
+    covered = np.where(facets.thinfilm_thickness > 0.0, amplification, 0.0)
+    return np.asarray(covered * np.maximum(np.max(reflectance, axis=0, keepdims=True), 0.04))
+
+
+def _power_error(base: Array, exponent: Array) -> Array:
+    """Error of pow(base, exponent) in GLSL per unit of `ROUNDING_FACTOR`.
+
+    GLSL 4.60, section 4.7.1: pow(x, y) is exp2(y log2(x)); log2 has an absolute error of 2^-21 or 3 ulp, exp2 one of
+    3 + 2 |its argument| ulp. Divided by the factor that multiplies every move.
+    """
+    from mrm_mtlx.reference.rounding import ROUNDING_FACTOR
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        argument = np.abs(exponent * np.log2(np.maximum(base, np.finfo(np.float32).tiny)))
+        relative = np.log(2.0) * exponent * (2.0**-21) + (3.0 + 2.0 * argument + 3.0 * argument) * 2.0 * UNIT
+        power = np.maximum(base, 0.0) ** exponent
+    return np.asarray(power * relative / ROUNDING_FACTOR)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _cosine(a: Array, b: Array) -> Array:
+    return np.clip(_dot(a, b), EPSILON, 1.0)
+
+
+def _facing(n: Array, v: Array) -> Array:
+    return np.where(_dot(n, v) < 0.0, -n, n)

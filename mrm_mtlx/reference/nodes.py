@@ -1,0 +1,161 @@
+"""One function per node definition: from its inputs to its value. The registry is what the reference knows.
+
+A value is a `Closure`, a string, or an array with the component first: scalars () or (samples,), colours and vectors
+(components, 1) or (components, samples).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+
+from mrm_mtlx.reference import closures
+from mrm_mtlx.reference.closures import Closure, Facets, Light
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+Value: TypeAlias = "Closure | str | Array"
+
+
+class Inputs(Protocol):
+    """What a node function may ask of the node it evaluates."""
+
+    @property
+    def light(self) -> Light:
+        """Directions of the evaluation."""
+        ...
+
+    @property
+    def properties(self) -> Mapping[str, Array]:
+        """Geometric properties of the samples, component first."""
+        ...
+
+    def array(self, name: str) -> Array:
+        """A numeric input."""
+        ...
+
+    def text(self, name: str) -> str:
+        """A string input."""
+        ...
+
+    def closure(self, name: str) -> Closure:
+        """A BSDF input; nothing connected is the closure of nothing."""
+        ...
+
+
+NodeFunction: TypeAlias = "Callable[[Inputs], Value | dict[str, Value]]"
+NODES: dict[str, NodeFunction] = {}
+
+
+def node(*definitions: str) -> Callable[[NodeFunction], NodeFunction]:
+    """Register the function of these node definitions. Nodes with several outputs return a value per output name."""
+
+    def register(function: NodeFunction) -> NodeFunction:
+        NODES.update(dict.fromkeys(definitions, function))
+        return function
+
+    return register
+
+
+def _facets(inputs: Inputs, *, scatters: bool) -> Facets:
+    width = inputs.array("roughness")  # a BSDF node's roughness is the microfacet width
+    return Facets(
+        weight=inputs.array("weight"),
+        alpha_x=width[0],
+        alpha_y=width[1],
+        retroreflective=inputs.array("retroreflective"),
+        thinfilm_thickness=inputs.array("thinfilm_thickness"),
+        thinfilm_ior=inputs.array("thinfilm_ior"),
+        normal=inputs.array("normal"),
+        tangent=inputs.array("tangent"),
+        scatter_mode=inputs.text("scatter_mode") if scatters else "R",
+    )
+
+
+@node("ND_conductor_bsdf")
+def _conductor(inputs: Inputs) -> Value:
+    facets = _facets(inputs, scatters=False)
+    return closures.conductor(inputs.light, facets, inputs.array("ior"), inputs.array("extinction"))
+
+
+@node("ND_dielectric_bsdf")
+def _dielectric(inputs: Inputs) -> Value:
+    facets = _facets(inputs, scatters=True)
+    return closures.dielectric(inputs.light, facets, inputs.array("tint"), inputs.array("ior"))
+
+
+@node("ND_generalized_schlick_bsdf")
+def _generalized_schlick(inputs: Inputs) -> Value:
+    facets = _facets(inputs, scatters=True)
+    colors = (inputs.array(name) for name in ("color0", "color82", "color90"))
+    return closures.generalized_schlick(inputs.light, facets, *colors, inputs.array("exponent"))
+
+
+@node("ND_oren_nayar_diffuse_bsdf")
+def _oren_nayar(inputs: Inputs) -> Value:
+    names = ("weight", "color", "roughness", "normal", "energy_compensation")
+    return closures.oren_nayar(inputs.light, *(inputs.array(name) for name in names))
+
+
+@node("ND_layer_bsdf")
+def _layer(inputs: Inputs) -> Value:
+    return closures.layer(inputs.closure("top"), inputs.closure("base"))
+
+
+@node("ND_mix_bsdf")
+def _mix(inputs: Inputs) -> Value:
+    return closures.mix(inputs.closure("fg"), inputs.closure("bg"), inputs.array("mix"))
+
+
+@node("ND_add_bsdf")
+def _add(inputs: Inputs) -> Value:
+    return closures.add(inputs.closure("in1"), inputs.closure("in2"))
+
+
+@node("ND_multiply_bsdfF", "ND_multiply_bsdfC")
+def _multiply(inputs: Inputs) -> Value:
+    return closures.multiply(inputs.closure("in1"), inputs.array("in2"))
+
+
+@node("ND_surface")
+def _surface(inputs: Inputs) -> Value:
+    return inputs.closure("bsdf").response * inputs.array("opacity")
+
+
+@node("ND_roughness_anisotropy")
+def _roughness_anisotropy(inputs: Inputs) -> Value:
+    """alpha = roughness^2, stretched by the aspect sqrt(1 - anisotropy) (Burley 2012, section 5.4)."""
+    roughness, anisotropy = inputs.array("roughness"), inputs.array("anisotropy")
+    alpha = np.clip(roughness * roughness, closures.EPSILON, 1.0)
+    aspect = np.sqrt(1.0 - np.clip(anisotropy, 0.0, 0.98))
+    stretched = anisotropy > 0.0
+    alpha_x = np.where(stretched, np.minimum(alpha / aspect, 1.0), alpha)
+    return np.stack([alpha_x, np.where(stretched, alpha * aspect, alpha)])
+
+
+@node("ND_artistic_ior")
+def _artistic_ior(inputs: Inputs) -> dict[str, Value]:
+    """Complex index from reflectance and edge tint (Gulbrandsen 2014, "Artist Friendly Metallic Fresnel")."""
+    r, edge = np.clip(inputs.array("reflectivity"), 0.0, 0.99), inputs.array("edge_color")
+    root = np.sqrt(r)
+    ior = (1.0 + root) / (1.0 - root) * (1.0 - edge) + (1.0 - r) / (1.0 + r) * edge
+    squared = (np.square(ior + 1.0) * r - np.square(ior - 1.0)) / (1.0 - r)
+    return {"ior": ior, "extinction": np.sqrt(np.maximum(squared, 0.0))}
+
+
+_CONSTANTS = ("float", "color3", "color4", "vector2", "vector3", "vector4", "boolean", "integer")
+
+
+@node(*(f"ND_constant_{kind}" for kind in _CONSTANTS))
+def _constant(inputs: Inputs) -> Value:
+    return inputs.array("value")
+
+
+@node(*(f"ND_geompropvalue_{kind}" for kind in ("float", "color3", "vector2", "vector3", "integer", "boolean")))
+def _geometric_property(inputs: Inputs) -> Value:
+    name = inputs.text("geomprop")
+    return inputs.properties[name] if name in inputs.properties else inputs.array("default")

@@ -1,0 +1,46 @@
+"""Where and how a surface is looked at: the samples of an evaluation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+
+@dataclass(frozen=True)
+class ShadingPoints:
+    """Samples of a surface, all in world space.
+
+    Attributes
+    ----------
+    view : shape (samples, 3)
+        v, unit to float32.
+    light : shape (3,) or (samples, 3)
+        l, as the light shader reports it; unit to float32.
+    normal, tangent : shape (samples, 3)
+        The shading frame; unit to float32, not exactly orthogonal.
+    position : shape (samples, 3)
+    texcoord : shape (samples, 2)
+    properties
+        Geometric properties by name, shape (samples,) or (samples, components).
+    """
+
+    view: Array
+    light: Array
+    normal: Array
+    tangent: Array
+    position: Array
+    texcoord: Array
+    properties: Mapping[str, Array] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        """The number of samples."""
+        return len(self.view)
+
+    def moved(self, view: Array | float = 0.0, light: Array | float = 0.0) -> ShadingPoints:
+        """The same samples with the directions moved by these vectors."""
+        return replace(self, view=self.view + view, light=self.light + light)

@@ -1,0 +1,107 @@
+"""How far float32 arithmetic may move a result.
+
+A tolerance is not a chosen constant. The oracle itself is moved by float32 roundings and the sum of its movements,
+times one stated factor, is what a shader may differ by: narrow lobes, where one rounding of the half-vector moves the
+result by a thousandth, and broad ones are judged alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# Unit roundoff of float32: the relative error of one correctly rounded operation.
+UNIT = 2.0**-24
+
+# The moves below are of one unit roundoff each; this is how many roundings a quantity collects on its way, worst case,
+# with the precisions that GLSL 4.60 section 4.7.1 asks of an implementation (inversesqrt 2 ulp, division 2.5 ulp; one
+# ulp is two units). A direction is interpolated (1), squared and summed (3), normalised (4 + 1), the half-vector is
+# summed (1) and normalised (3 + 4 + 1), then projected on the frame (3): 21. Frame vectors, normalised as well, move
+# both directions together. Rounded up to
+ROUNDING_FACTOR = 24.0
+
+# Well-conditioned arithmetic at the end of the path: D, G2, F and the weights are some 16 products and 4 divisions
+# (16 + 4 * 5 units), and each closure above adds a product and a sum; they enter relative to the result.
+OUTPUT_ROUNDINGS = 40.0
+
+
+@dataclass(frozen=True)
+class Move:
+    """One way in which float32 arithmetic can move an evaluation, by one unit roundoff.
+
+    Attributes
+    ----------
+    view, light
+        Added to the directions, shape (3,).
+    values
+        Pattern number of the signs with which the document's numbers are rounded; 0 leaves them.
+    part
+        An intermediate result that cancels and is taken at the edge of its own error: "reflectance" or "albedo".
+    """
+
+    view: Array | float = 0.0
+    light: Array | float = 0.0
+    values: int = 0
+    part: str = ""
+
+
+EXACT = Move()
+
+# Below this, float32 has no relative precision left, and hardware may flush to zero.
+SMALLEST = float(np.finfo(np.float32).tiny)
+
+
+def moves() -> Iterator[Move]:
+    """All moves: each axis of each direction, two sign patterns over the document's numbers, each delicate part."""
+    for axis in np.eye(3):
+        yield Move(view=UNIT * axis)
+        yield Move(light=UNIT * axis)
+    yield Move(values=1)
+    yield Move(values=2)
+    yield Move(part="reflectance")
+    yield Move(part="albedo")
+
+
+def value_sign(pattern: int, index: int) -> float:
+    """Sign of the rounding of the document's number `index` under a pattern: all up, then by turns."""
+    return 1.0 if pattern == 1 or index % 2 == 0 else -1.0
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What a float32 result may differ by, per sample and channel.
+
+    `expected` and `allowed` have shape (samples, 3); `scale` is the largest expected value, the lobe's own scale.
+    """
+
+    expected: Array
+    allowed: Array
+
+    @property
+    def scale(self) -> float:
+        """Largest expected magnitude over the samples."""
+        return float(np.max(np.abs(self.expected), initial=0.0))
+
+    def relative_errors(self, found: Array) -> Array:
+        """Largest channel error per sample, relative to the sample's largest expected channel, shape (samples,).
+
+        Where the oracle is below one float32 rounding unit of the lobe's own scale, relative to that unit.
+        """
+        size = np.maximum(np.max(np.abs(self.expected), axis=-1), UNIT * self.scale)
+        return np.max(np.abs(found - self.expected), axis=-1) / np.maximum(size, np.finfo(float).tiny)
+
+    def relative_allowed(self) -> Array:
+        """The allowance per sample on the scale of `relative_errors`, shape (samples,): its largest channel's."""
+        return self.relative_errors(self.expected + self.allowed)
+
+    def excess(self, found: Array) -> Array:
+        """Error over allowance, largest channel, shape (samples,); above 1 is a difference, NaN counts as infinite."""
+        ratio = np.max(np.abs(found - self.expected) / self.allowed, axis=-1)
+        return np.where(np.isnan(ratio), np.inf, ratio)
