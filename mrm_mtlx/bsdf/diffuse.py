@@ -35,11 +35,17 @@ def oren_nayar(cos_v: ArrayLike, cos_l: ArrayLike, v_l: ArrayLike, roughness: Ar
 
 
 def compensated_oren_nayar(
-    cos_v: ArrayLike, cos_l: ArrayLike, v_l: ArrayLike, roughness: ArrayLike, color: ArrayLike
+    cos_v: ArrayLike,
+    cos_l: ArrayLike,
+    v_l: ArrayLike,
+    roughness: ArrayLike,
+    color: ArrayLike,
+    *,
+    arccos_error: float = 0.0,
 ) -> Array:
     """Energy-preserving model (EON: Portsmouth, Kutz and Hill 2025), shape of `color` with the samples.
 
-    Fujii's single-scattering lobe plus a multiple-scattering lobe from its albedo.
+    Fujii's single-scattering lobe plus a multiple-scattering lobe from its albedo; `arccos_error` as in `fujii_albedo`.
     """
     cos_v, cos_l, color = (np.asarray(x, dtype=float) for x in (cos_v, cos_l, color))
     r = np.asarray(roughness, dtype=float)
@@ -48,15 +54,19 @@ def compensated_oren_nayar(
     a = 1.0 / (1.0 + _FUJII_1 * r)
     single = color * a * (1.0 + r * t)
     mean = a * (1.0 + _FUJII_2 * r)
-    lost_v, lost_l = (np.maximum(1.0 - fujii_albedo(c, r), _EPSILON) for c in (cos_v, cos_l))
+    lost_v, lost_l = (np.maximum(1.0 - fujii_albedo(c, r, arccos_error=arccos_error), _EPSILON) for c in (cos_v, cos_l))
     tint = color * color * mean / (1.0 - color * np.maximum(1.0 - mean, 0.0))
     return np.asarray((single + tint * lost_v * lost_l / np.maximum(1.0 - mean, _EPSILON)) / np.pi)
 
 
-def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike) -> Array:
-    """Directional albedo of Fujii's lobe of unit colour (Portsmouth et al. 2025, eq. 14), shape (...)."""
+def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike, *, arccos_error: float = 0.0) -> Array:
+    """Directional albedo of Fujii's lobe of unit colour (Portsmouth et al. 2025, eq. 14), shape (...).
+
+    `arccos_error` is a relative error given to the arc cosine, which hardware evaluates coarsely; 0 is exact.
+    """
     c, r = np.asarray(cos_theta, dtype=float), np.asarray(roughness, dtype=float)
     a = 1.0 / (1.0 + _FUJII_1 * r)
     sine = np.sqrt(np.maximum(1.0 - c * c, 0.0))
-    g = sine * (np.arccos(np.clip(c, -1.0, 1.0)) - sine * c) + 2.0 * (sine / c * (1.0 - sine**3) - sine) / 3.0
+    angle = np.arccos(np.clip(c, -1.0, 1.0)) * (1.0 + arccos_error)
+    g = sine * (angle - sine * c) + 2.0 * (sine / c * (1.0 - sine**3) - sine) / 3.0
     return np.asarray(a * (1.0 + r * g / np.pi))

@@ -19,7 +19,7 @@ import numpy as np
 
 from mrm_mtlx.bsdf import albedo, diffuse, fresnel, ggx, thin_film
 from mrm_mtlx.bsdf.lobes import conductor_reflectance, dielectric_reflectance, schlick_reflectance
-from mrm_mtlx.reference.rounding import UNIT
+from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 # MaterialX's M_FLOAT_EPS.
 EPSILON = 1e-8
+
+# Relative error of acos in hardware: 4096 ulp, by Vulkan 1.3, "Precision and Operation of SPIR-V Instructions" (acos is
+# built on atan2); GLSL gives no bound. Divided by the factor that multiplies every move.
+ARCCOS_ERROR = 4096.0 * 2.0 * UNIT / ROUNDING_FACTOR
 
 
 @dataclass(frozen=True)
@@ -110,12 +114,18 @@ def generalized_schlick(
         return transparent()
     color0, color82, color90 = (np.maximum(c, 0.0) for c in (color0, color82, color90))
 
+    def with_film(c: Array, film_ior: Array) -> Array:
+        return schlick_reflectance(c, color0, color82, color90, exponent, facets.thinfilm_thickness, film_ior)
+
     def reflectance(c: Array) -> Array:
-        seen = schlick_reflectance(
-            c, color0, color82, color90, exponent, facets.thinfilm_thickness, facets.thinfilm_ior
-        )
+        seen = with_film(c, facets.thinfilm_ior)
         if light.part == "reflectance":
-            seen = seen + np.abs(color90 - color0) * _power_error(1.0 - c, exponent)
+            moved = np.abs(color90 - color0) * _power_error(1.0 - c, exponent)
+            if np.any(facets.thinfilm_thickness > 0.0):
+                # The film's phase jumps by pi where its index is that of color0: there, a rounding decides.
+                for step in (-2.0 * UNIT, 2.0 * UNIT):
+                    moved = moved + np.abs(with_film(c, facets.thinfilm_ior * (1.0 + step)) - seen)
+            seen = seen + moved
         return seen
 
     lost, response = _microfacet(light, facets, reflectance, lambda a, b: a * color0 + b * color90)
@@ -131,7 +141,9 @@ def oren_nayar(
     n = _facing(normal, light.v)
     cos_v, cos_l, v_l = _cosine(n, light.v), _cosine(n, light.l), _cosine(light.l, light.v)
     plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
-    compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color)
+    compensated = diffuse.compensated_oren_nayar(
+        cos_v, cos_l, v_l, roughness, color, arccos_error=ARCCOS_ERROR if light.part == "reflectance" else 0.0
+    )
     f = np.where(energy_compensation, compensated, plain)
     response = np.where(weight >= EPSILON, f * weight * cos_l, 0.0)
     return Closure(response, np.zeros((3, 1)))
@@ -226,8 +238,6 @@ def _power_error(base: Array, exponent: Array) -> Array:
     GLSL 4.60, section 4.7.1: pow(x, y) is exp2(y log2(x)); log2 has an absolute error of 2^-21 or 3 ulp, exp2 one of
     3 + 2 |its argument| ulp. Divided by the factor that multiplies every move.
     """
-    from mrm_mtlx.reference.rounding import ROUNDING_FACTOR
-
     with np.errstate(divide="ignore", invalid="ignore"):
         argument = np.abs(exponent * np.log2(np.maximum(base, np.finfo(np.float32).tiny)))
         relative = np.log(2.0) * exponent * (2.0**-21) + (3.0 + 2.0 * argument + 3.0 * argument) * 2.0 * UNIT

@@ -167,6 +167,9 @@ class _Evaluation:
             bound = _binding(given, scope)
             if bound is not None:
                 return self._interface_value(bound, given, scope)
+            # MaterialX's generators pass over a number given to an input that has a geometric default (a normal).
+            if declared.getDefaultGeomPropString():
+                return self._default(declared)
             if given.getValueString() or given.getType() in ("string", "filename"):
                 return self._constant(given, declared)
         return self._default(declared)
