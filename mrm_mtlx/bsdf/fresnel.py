@@ -56,7 +56,9 @@ def dielectric(cos_theta: ArrayLike, eta: ArrayLike) -> Array:
     return 0.5 * (parallel + perpendicular)
 
 
-def conductor_polarized(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike) -> tuple[Array, Array]:
+def conductor_polarized(
+    cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, rounding: float = 0.0
+) -> tuple[Array, Array]:
     """Reflectances (parallel, perpendicular) of a metal with complex index ior + i extinction.
 
     With a^2 + b^2 = |(ior + i extinction)^2 - sin^2| and a the real part of its root (Born and Wolf, section 14.2;
@@ -71,6 +73,9 @@ def conductor_polarized(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayL
         Cosine of the incidence angle, in [0, 1].
     ior, extinction : array_like, shape (...)
         Real and imaginary part of the index, relative to the near side, >= 0 and not both 0.
+    rounding
+        Relative error given to a^2 + b^2, from which a^2 is left by cancellation; 0 is exact. It tells how far lower
+        precision may be off.
 
     Returns
     -------
@@ -82,7 +87,7 @@ def conductor_polarized(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayL
     s2 = 1.0 - c2
     n2, k2 = np.square(ior), np.square(extinction)
     real = n2 - k2 - s2
-    modulus = np.sqrt(real * real + 4.0 * n2 * k2)
+    modulus = np.sqrt(real * real + 4.0 * n2 * k2) * (1.0 + rounding)
     ac = np.sqrt(np.maximum(2.0 * (modulus + real), 0.0)) * c  # 2 a c
     sum_s = modulus + c2
     perpendicular = (sum_s - ac) / (sum_s + ac)
@@ -91,15 +96,15 @@ def conductor_polarized(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayL
     return perpendicular * (sum_p - ac) / (sum_p + ac), perpendicular
 
 
-def conductor(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike) -> Array:
-    """Unpolarised reflectance of a metal, shape (...), in [0, 1].
+def conductor(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, rounding: float = 0.0) -> Array:
+    """Unpolarised reflectance of a metal, shape (...), in [0, 1]; parameters as `conductor_polarized`.
 
     Examples
     --------
     >>> round(float(conductor(1.0, 0.183, 3.424)), 6)
     0.944221
     """
-    parallel, perpendicular = conductor_polarized(cos_theta, ior, extinction)
+    parallel, perpendicular = conductor_polarized(cos_theta, ior, extinction, rounding=rounding)
     return 0.5 * (parallel + perpendicular)
 
 
@@ -111,7 +116,7 @@ def generalized_schlick(
         S(c) = F0 + (F90 - F0) (1 - c)^p
         F(c) = S(c) - c (1 - c)^6 (1 - F82) S(1/7) / ((1/7) (6/7)^6)
 
-    Not clamped: low `color82` with high `color0` can go below zero beyond 82 degrees.
+    Not clamped: a low `color82` can push the curve below zero near 82 degrees (F0 0.19, F82 0: from 71 to 82 degrees).
 
     Parameters
     ----------

@@ -154,26 +154,36 @@ class GeneralizedSchlick:
 
 
 def conductor_reflectance(
-    cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike
+    cos_theta: ArrayLike,
+    ior: ArrayLike,
+    extinction: ArrayLike,
+    thickness_nm: ArrayLike,
+    film_ior: ArrayLike,
+    *,
+    rounding: float = 0.0,
 ) -> Array:
-    """Reflectance of a metal under a film where there is one; channel first, shape (3, ...)."""
+    """Reflectance of a metal under a film where there is one; channel first, shape (3, ...).
+
+    `rounding`, here and below: error given to what cancels, see `fresnel.conductor_polarized`; 0 is exact.
+    """
 
     def substrate(cos_film: Array, eta: Array) -> thin_film.Substrate:
-        return thin_film.metal_substrate(cos_film, eta, ior, extinction)
+        return thin_film.metal_substrate(cos_film, eta, ior, extinction, rounding=rounding)
 
-    return with_film(fresnel.conductor(cos_theta, ior, extinction), cos_theta, thickness_nm, film_ior, substrate)
+    plain = fresnel.conductor(cos_theta, ior, extinction, rounding=rounding)
+    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
 
 
 def dielectric_reflectance(
-    cos_theta: ArrayLike, ior: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike
+    cos_theta: ArrayLike, ior: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike, *, rounding: float = 0.0
 ) -> Array:
     """Reflectance of a dielectric under a film where there is one; channel first, shape (3, ...) or (1, ...)."""
 
     def substrate(cos_film: Array, eta: Array) -> thin_film.Substrate:
-        return thin_film.metal_substrate(cos_film, eta, ior, np.zeros(()))
+        return thin_film.metal_substrate(cos_film, eta, ior, np.zeros(()), rounding=rounding)
 
     plain = fresnel.dielectric(cos_theta, ior)[None]
-    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate)
+    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
 
 
 def schlick_reflectance(
@@ -184,6 +194,8 @@ def schlick_reflectance(
     exponent: ArrayLike,
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
+    *,
+    rounding: float = 0.0,
 ) -> Array:
     """Reflectance of generalised Schlick under a film where there is one; channel first, shape (3, ...)."""
 
@@ -192,7 +204,7 @@ def schlick_reflectance(
         return thin_film.schlick_substrate(seen, eta, color0)
 
     plain = fresnel.generalized_schlick(cos_theta, color0, color82, color90, exponent)
-    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate)
+    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
 
 
 def with_film(
@@ -201,6 +213,7 @@ def with_film(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     substrate: Callable[[Array, Array], thin_film.Substrate],
+    rounding: float = 0.0,
 ) -> Array:
     """`plain` reflectance where the film's thickness is 0, that of film and substrate elsewhere; shape (3, ...)."""
     covered = np.asarray(thickness_nm) > 0.0
@@ -209,7 +222,7 @@ def with_film(
     # MaterialX takes the outside as vacuum: a film thinner than that, optically, has index 1.
     eta = np.maximum(np.asarray(film_ior, dtype=float), 1.0)
     under = substrate(thin_film.cosine_in_film(cos_theta, eta), eta)
-    filmed = thin_film.to_rgb(thin_film.reflectance_xyz(cos_theta, thickness_nm, eta, under))
+    filmed = thin_film.to_rgb(thin_film.reflectance_xyz(cos_theta, thickness_nm, eta, under, rounding=rounding))
     return np.where(covered, filmed, plain)
 
 

@@ -66,17 +66,19 @@ def cosine_in_film(cos_theta: ArrayLike, film_ior: ArrayLike) -> Array:
     return np.asarray(np.sqrt(1.0 - sin2 / np.square(film_ior)))
 
 
-def metal_substrate(cos_film: ArrayLike, film_ior: ArrayLike, ior: ArrayLike, extinction: ArrayLike) -> Substrate:
+def metal_substrate(
+    cos_film: ArrayLike, film_ior: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, rounding: float = 0.0
+) -> Substrate:
     """A metal or, with extinction 0, a dielectric under the film; `ior` and `extinction` relative to the outside.
 
     Phases by Belcour and Barla 2017 (from Born and Wolf, section 14.4.1), with U + iV the root of the complex index
-    squared minus (film_ior sin)^2.
+    squared minus (film_ior sin)^2. `rounding` as in `fresnel.conductor_polarized`, for U and V too.
     """
     c, eta1 = np.asarray(cos_film, dtype=float), np.asarray(film_ior, dtype=float)
     eta, kappa = np.asarray(ior, dtype=float), np.asarray(extinction, dtype=float)
-    parallel, perpendicular = fresnel.conductor_polarized(c, eta / eta1, kappa / eta1)
+    parallel, perpendicular = fresnel.conductor_polarized(c, eta / eta1, kappa / eta1, rounding=rounding)
     real = eta**2 - kappa**2 - eta1**2 * (1.0 - c * c)
-    modulus = np.hypot(real, 2.0 * eta * kappa)
+    modulus = np.hypot(real, 2.0 * eta * kappa) * (1.0 + rounding)
     u = np.sqrt(np.maximum(0.5 * (modulus + real), 0.0))
     v = np.sqrt(np.maximum(0.5 * (modulus - real), 0.0))
     phase_s = np.arctan2(2.0 * eta1 * v * c, u * u + v * v - np.square(eta1 * c))
@@ -98,7 +100,14 @@ def schlick_substrate(reflectance: ArrayLike, film_ior: ArrayLike, color0: Array
     return Substrate(half, half, phase, phase)
 
 
-def reflectance_xyz(cos_theta: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike, substrate: Substrate) -> Array:
+def reflectance_xyz(
+    cos_theta: ArrayLike,
+    thickness_nm: ArrayLike,
+    film_ior: ArrayLike,
+    substrate: Substrate,
+    *,
+    rounding: float = 0.0,
+) -> Array:
     """Reflectance of film and substrate in CIE XYZ for illuminant E, shape (3, ...), unclamped.
 
     Parameters
@@ -111,6 +120,9 @@ def reflectance_xyz(cos_theta: ArrayLike, thickness_nm: ArrayLike, film_ior: Arr
         Index of refraction of the film relative to the outside, >= 1.
     substrate
         What lies under the film.
+    rounding
+        Error given to the product of the two reflectances before its root is taken, relative to their sum; 0 is exact.
+        Near Brewster's angle one of them is left by cancellation.
     """
     c, eta = np.asarray(cos_theta, dtype=float), np.asarray(film_ior, dtype=float)
     # Optical path difference of neighbouring terms [m].
@@ -118,8 +130,8 @@ def reflectance_xyz(cos_theta: ArrayLike, thickness_nm: ArrayLike, film_ior: Arr
     top_parallel, top_perpendicular = fresnel.dielectric_polarized(c, eta)
     brewster = 1.0 / np.sqrt(1.0 + eta * eta)  # cos(atan(eta))
     phase_top_parallel = np.where(c < brewster, 0.0, np.pi)
-    parallel = _airy(top_parallel, substrate.parallel, path, phase_top_parallel + substrate.phase_parallel)
-    perpendicular = _airy(top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular)
+    parallel = _airy(top_parallel, substrate.parallel, path, phase_top_parallel + substrate.phase_parallel, rounding)
+    perpendicular = _airy(top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular, rounding)
     return 0.5 * (parallel + perpendicular)
 
 
@@ -128,13 +140,13 @@ def to_rgb(xyz: Array) -> Array:
     return np.clip(np.einsum("ij,j...->i...", XYZ_TO_RGB, xyz), 0.0, 1.0)
 
 
-def _airy(top: Array, base: Array, path: Array, phase: Array) -> Array:
+def _airy(top: Array, base: Array, path: Array, phase: Array, rounding: float) -> Array:
     """Sum over the reflections in the film for one polarisation (Belcour and Barla 2017, eq. 10)."""
     transmitted = 1.0 - top
     direct = transmitted**2 * base / (1.0 - top * base)
     total = top + direct
     amplitude = direct - transmitted
-    round_trip = np.sqrt(np.maximum(top * base, 0.0))
+    round_trip = np.sqrt(np.maximum(top * base + rounding * (top + np.abs(base)), 0.0))
     for term in range(1, SERIES_TERMS + 1):
         amplitude = amplitude * round_trip
         total = total + amplitude * 2.0 * _sensitivity(term * path, term * phase)

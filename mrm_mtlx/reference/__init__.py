@@ -12,6 +12,6 @@ Built on the pure optics of `mrm_mtlx.bsdf`; what MaterialX does on top of them 
 
 from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, Tolerance
-from mrm_mtlx.reference.surface import Surface, UnsupportedError
+from mrm_mtlx.reference.surface import Surface, UnsupportedError, constant_input
 
-__all__ = ["ROUNDING_FACTOR", "ShadingPoints", "Surface", "Tolerance", "UnsupportedError"]
+__all__ = ["ROUNDING_FACTOR", "ShadingPoints", "Surface", "Tolerance", "UnsupportedError", "constant_input"]

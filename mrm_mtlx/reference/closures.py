@@ -33,6 +33,10 @@ EPSILON = 1e-8
 # built on atan2); GLSL gives no bound. Divided by the factor that multiplies every move.
 ARCCOS_ERROR = 4096.0 * 2.0 * UNIT / ROUNDING_FACTOR
 
+# Relative error of what is left under a square root by cancellation: 2 ulp (4 units) of the root before it, by GLSL
+# 4.60, section 4.7.1, and as many roundings of the squares it adds. Divided likewise.
+ROOT_ERROR = 8.0 * UNIT / ROUNDING_FACTOR
+
 
 @dataclass(frozen=True)
 class Closure:
@@ -52,6 +56,11 @@ class Light:
     v: Array
     l: Array
     part: str = ""
+
+    @property
+    def rounding(self) -> float:
+        """Error of what stands under a square root in the Fresnel terms and cancels, where that is what is moved."""
+        return ROOT_ERROR if self.part == "roots" else 0.0
 
 
 @dataclass(frozen=True)
@@ -77,15 +86,9 @@ def transparent() -> Closure:
 
 def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Closure:
     """`conductor_bsdf` for one light. Opaque: throughput 0, also at weight 0."""
-    if light.part == "reflectance":
-        # The squares of the index are formed in float32, and their difference cancels where extinction >> ior.
-        squared = (ior + 1j * extinction) ** 2
-        moved = np.sqrt(squared + UNIT * np.abs(squared))
-        ior, extinction = moved.real, moved.imag
-    film = facets.thinfilm_thickness, facets.thinfilm_ior
-
     def reflectance(c: Array) -> Array:
-        return conductor_reflectance(c, ior, extinction, *film)
+        film = facets.thinfilm_thickness, facets.thinfilm_ior
+        return conductor_reflectance(c, ior, extinction, *film, rounding=light.rounding)
 
     _, response = _microfacet(light, facets, reflectance, lambda a, b: np.zeros(()))
     return Closure(response, np.zeros((3, 1)))
@@ -97,7 +100,8 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
         return transparent()
 
     def reflectance(c: Array) -> Array:
-        seen = dielectric_reflectance(c, ior, facets.thinfilm_thickness, facets.thinfilm_ior)
+        film = facets.thinfilm_thickness, facets.thinfilm_ior
+        seen = dielectric_reflectance(c, ior, *film, rounding=light.rounding)
         return seen + _amplitude_error(seen, c, ior) if light.part == "reflectance" else seen
 
     f0 = fresnel.reflectance_at_normal(ior)
@@ -115,7 +119,8 @@ def generalized_schlick(
     color0, color82, color90 = (np.maximum(c, 0.0) for c in (color0, color82, color90))
 
     def with_film(c: Array, film_ior: Array) -> Array:
-        return schlick_reflectance(c, color0, color82, color90, exponent, facets.thinfilm_thickness, film_ior)
+        film = facets.thinfilm_thickness, film_ior
+        return schlick_reflectance(c, color0, color82, color90, exponent, *film, rounding=light.rounding)
 
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)

@@ -46,6 +46,10 @@ class Inputs(Protocol):
         """A BSDF input; nothing connected is the closure of nothing."""
         ...
 
+    def note(self, facets: Facets) -> None:
+        """Tell the evaluation of a microfacet lobe that it met."""
+        ...
+
 
 NodeFunction: TypeAlias = "Callable[[Inputs], Value | dict[str, Value]]"
 NODES: dict[str, NodeFunction] = {}
@@ -63,7 +67,7 @@ def node(*definitions: str) -> Callable[[NodeFunction], NodeFunction]:
 
 def _facets(inputs: Inputs, *, scatters: bool) -> Facets:
     width = inputs.array("roughness")  # a BSDF node's roughness is the microfacet width
-    return Facets(
+    facets = Facets(
         weight=inputs.array("weight"),
         alpha_x=width[0],
         alpha_y=width[1],
@@ -74,6 +78,8 @@ def _facets(inputs: Inputs, *, scatters: bool) -> Facets:
         tangent=inputs.array("tangent"),
         scatter_mode=inputs.text("scatter_mode") if scatters else "R",
     )
+    inputs.note(facets)
+    return facets
 
 
 @node("ND_conductor_bsdf")

@@ -43,7 +43,8 @@ class Move:
     values
         Pattern number of the signs with which the document's numbers are rounded; 0 leaves them.
     part
-        An intermediate result that cancels and is taken at the edge of its own error: "reflectance" or "albedo".
+        An intermediate result that cancels and is taken at the edge of its own error: "reflectance", "roots" (what
+        stands under a square root in the reflectance) or "albedo".
     """
 
     view: Array | float = 0.0
@@ -65,8 +66,8 @@ def moves() -> Iterator[Move]:
         yield Move(light=UNIT * axis)
     yield Move(values=1)
     yield Move(values=2)
-    yield Move(part="reflectance")
-    yield Move(part="albedo")
+    for part in ("reflectance", "roots", "albedo"):
+        yield Move(part=part)
 
 
 def value_sign(pattern: int, index: int) -> float:

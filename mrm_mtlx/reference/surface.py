@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, cast
 import MaterialX as mx
 import numpy as np
 
-from mrm_mtlx.reference.closures import Closure, Light, transparent
+from mrm_mtlx.reference.closures import Closure, Facets, Light, transparent
 from mrm_mtlx.reference.nodes import NODES
+from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.rounding import (
     EXACT,
     OUTPUT_ROUNDINGS,
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.nodes import Value
-    from mrm_mtlx.reference.points import ShadingPoints
 
 # Graphs deeper than this are refused with a message instead of running into the interpreter's own limit.
 MAXIMUM_DEPTH = 200
@@ -74,6 +74,7 @@ class Surface:
 
     def __init__(self, element: Any) -> None:
         self._element = element
+        self._document = element.getDocument()  # elements do not keep their document alive
         unknown: set[str] = set()
         _survey(_shader_node(element), unknown, set(), 0)
         if unknown:
@@ -91,6 +92,16 @@ class Surface:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
             color = cast("Array", evaluation.node_value(root, "", Scope()))
         return np.ascontiguousarray(np.broadcast_to(color, (3, len(points))).T)
+
+    def lobes(self, points: ShadingPoints) -> list[Facets]:
+        """The microfacet lobes met while evaluating these points, with their parameters; in the graph's order."""
+        root = _shader_node(self._element)
+        if root is None:
+            return []
+        evaluation = _Evaluation(points, EXACT)
+        with np.errstate(all="ignore"):
+            evaluation.node_value(root, "", Scope())
+        return evaluation.lobes
 
     def tolerance(self, points: ShadingPoints) -> Tolerance:
         """The expected response, and by how much a float32 evaluation may miss it.
@@ -114,6 +125,7 @@ class _Evaluation:
     move: Move
     values: dict[tuple[str, str], Value | dict[str, Value]] = field(default_factory=dict)
     numbers: int = 0  # of the document's, met so far
+    lobes: list[Facets] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         view = self.points.view.T
@@ -238,8 +250,46 @@ class _NodeInputs:
         value = self._value(name)
         return transparent() if value is None else cast("Closure", value)
 
+    def note(self, facets: Facets) -> None:
+        self.evaluation.lobes.append(facets)
+
     def _value(self, name: str) -> Value | None:
         return self.evaluation.input_value(self.node, self.definition, name, self.scope)
+
+
+def constant_input(node: Any, name: str) -> Array | str | None:
+    """Value of a node's input where it is the same at every point; None where it varies or cannot be evaluated here.
+
+    `node` stands in a document whose data library is set, and has a definition with that input. Scalars have shape (),
+    colours and vectors (components,).
+    """
+    definition = node.getNodeDef()
+    given, unknown = node.getInput(name), set[str]()
+    if given is not None:
+        _survey(_connected(given), unknown, set(), 0)
+    if unknown:
+        return None
+    evaluation = _Evaluation(_TWO_POINTS, EXACT)
+    try:
+        value = evaluation.input_value(node, definition, name, Scope())
+    except (KeyError, AttributeError, TypeError):  # an interface that is bound only where the graph is used
+        return None
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, np.ndarray) or value.shape[-1:] == (2,):
+        return None
+    return value if value.ndim == 0 else value[:, 0]
+
+
+# Two points that differ in everything: what is the same at both is constant.
+_TWO_POINTS = ShadingPoints(
+    view=np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]]),
+    light=np.array([[0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]),
+    normal=np.array([[0.0, 0.0, 1.0], [0.0, 0.28, 0.96]]),
+    tangent=np.array([[1.0, 0.0, 0.0], [0.0, 0.96, -0.28]]),
+    position=np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]),
+    texcoord=np.array([[0.0, 0.0], [0.25, 0.75]]),
+)
 
 
 def _shader_node(element: Any) -> Any:

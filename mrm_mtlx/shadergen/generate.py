@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from MaterialX import PyMaterialXGenShader as mx_gen
 
+from mrm_mtlx.library.console import silenced
 from mrm_mtlx.shadergen.targets import TARGETS, Target
 
 if TYPE_CHECKING:
@@ -73,7 +74,8 @@ def generate(element: Any, target_name: str, library: DataLibrary) -> Shader:
     context = _context(generator, target, library)
     name = str(mx.createValidName(element.getName()))
     try:
-        shader = generator.generate(name, element, context)
+        with silenced():  # generators print warnings; what matters of them is a finding of validation
+            shader = generator.generate(name, element, context)
     except Exception as error:  # MaterialX throws several unrelated types
         raise GenerationError(str(error)) from error
     if shader is None:

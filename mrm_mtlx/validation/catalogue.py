@@ -1,0 +1,293 @@
+"""Every rule, in one list: `mrm rules` prints it, docs/rules.md is made of it, tests go through it."""
+
+from __future__ import annotations
+
+from mrm_mtlx.validation.findings import Rule, Severity
+
+_ERROR, _WARNING = Severity.ERROR, Severity.WARNING
+
+# Bounds of what is read. A document beyond them is not malformed, but nothing in it is worth an unbounded wait.
+MAXIMUM_BYTES = 16 * 2**20
+MAXIMUM_XML_DEPTH = 64
+MAXIMUM_INCLUDES = 64
+
+# Largest albedo that the check lets pass. MaterialX's energy compensation is a fit, and its albedo scaling of layers
+# and its mean-width masking of anisotropic lobes are approximations: an ideal white lobe comes out at up to 1.05.
+ALBEDO_BOUND = 1.06
+
+# Below this width, the roundings of a half-vector (21 units of 2^-24, see reference.rounding) are a twentieth of the
+# lobe's width, and move its flank by a tenth: 2 * 21 * 2^-24 / alpha = 0.1.
+NARROWEST_ALPHA = 2.5e-5
+
+RULES: dict[str, Rule] = {
+    rule.code: rule
+    for rule in (
+        Rule(
+            "READ_MISSING",
+            _ERROR,
+            "path does not exist",
+            "A path on the command line names neither a file nor a folder.",
+            "Check the spelling; paths are relative to the current folder.",
+        ),
+        Rule(
+            "READ_FAILED",
+            _ERROR,
+            "file cannot be read",
+            "The operating system refuses to read the file.",
+            "Check the file's permissions, and that it is a file.",
+        ),
+        Rule(
+            "READ_TOO_LARGE",
+            _ERROR,
+            "file is too large",
+            f"The document, or what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of a few "
+            "kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
+            "Split the document; textures and geometry do not belong into it.",
+        ),
+        Rule(
+            "READ_ENCODING",
+            _ERROR,
+            "file is not UTF-8",
+            "MaterialX documents are UTF-8 (MaterialX specification, section 'MTLX File Format Definition'). Other "
+            "encodings are read by some programs as garbled names.",
+            "Save the file as UTF-8.",
+        ),
+        Rule(
+            "READ_XML",
+            _ERROR,
+            "file is not well-formed XML",
+            "The XML parser stopped. Document type declarations are refused too: they can define entities that expand "
+            "without bound or read other files, and MaterialX does not use them.",
+            "Correct the line that is named; an empty file has no materialx element at all.",
+        ),
+        Rule(
+            "READ_TOO_DEEP",
+            _ERROR,
+            "elements are nested too deeply",
+            f"XML elements are nested more than {MAXIMUM_XML_DEPTH} levels deep. MaterialX reads recursively and would "
+            "exhaust the stack; real documents have fewer than ten levels.",
+            "Flatten the document: nodes stand beside each other and are connected by name.",
+        ),
+        Rule(
+            "READ_INCLUDE",
+            _ERROR,
+            "included document cannot be read",
+            "An xi:include names a document that does not exist, that includes itself, directly or through others, or "
+            f"that takes more than {MAXIMUM_INCLUDES} inclusions.",
+            "Correct the href; break the circle.",
+        ),
+        Rule(
+            "READ_OUTSIDE",
+            _ERROR,
+            "file name points outside the folder",
+            "An included document or an image lies outside the folder that is being checked. Documents come from "
+            "elsewhere, so nothing outside that folder is opened.",
+            "Move the file into the folder, or run the command on the folder that holds both.",
+        ),
+        Rule(
+            "DOC_INVALID",
+            _ERROR,
+            "not a valid MaterialX document",
+            "MaterialX's own validation, or its reader, rejects the document.",
+            "Correct the element that is named.",
+        ),
+        Rule(
+            "DOC_DUPLICATE_NAME",
+            _WARNING,
+            "two elements share a name",
+            "Names are unique among siblings. MaterialX keeps the first element of a name and drops the others without "
+            "a message.",
+            "Rename one of the two.",
+        ),
+        Rule(
+            "DOC_UNKNOWN_NODE",
+            _ERROR,
+            "unknown node",
+            "No node definition in the libraries or in the document has this node category with these types. "
+            "MaterialX's own validation accepts such a document; generators then fail or leave the node out.",
+            "Check the spelling of the category and the node's type; custom nodes need a nodedef in the document.",
+        ),
+        Rule(
+            "DOC_UNKNOWN_INPUT",
+            _ERROR,
+            "unknown input",
+            "The node's definition has no input of this name, so that the whole node loses its definition.",
+            "Use one of the definition's inputs.",
+        ),
+        Rule(
+            "DOC_INPUT_TYPE",
+            _ERROR,
+            "wrong type",
+            "The input's type is not that of the node's definition, so that the whole node loses its definition.",
+            "Give the input the definition's type, and its value that form.",
+        ),
+        Rule(
+            "DOC_INPUT_VALUE",
+            _ERROR,
+            "value cannot be parsed",
+            "The value is not of the input's type, or not one of the values that the definition enumerates. A boolean "
+            "is exactly true or false; a vector has its number of components, separated by commas.",
+            "Write the value in the form of its type.",
+        ),
+        Rule(
+            "DOC_VALUE_RANGE",
+            _WARNING,
+            "value outside the definition's range",
+            "The node's definition states a range (uimin, uimax) that the value leaves. Shaders clamp some of these "
+            "values and not others, so that targets differ.",
+            "Bring the value into the range.",
+        ),
+        Rule(
+            "DOC_CONNECTION",
+            _ERROR,
+            "connection leads nowhere or to another type",
+            "The input names a node, output or graph that does not exist, or whose type is another.",
+            "Correct the name, or convert the type with a node.",
+        ),
+        Rule(
+            "DOC_UNIFORM_CONNECTED",
+            _ERROR,
+            "connection into a uniform input",
+            "The definition declares the input uniform: it must be a literal, so that renderers can compile for it. "
+            "MaterialX's validation does not enforce it; GLSL happens to accept a connection, MDL and others do not.",
+            "Give the input a value. For `retroreflective`, make two copies of the BSDF, one with true and one with "
+            "false, and connect the texture to the `mix` input of a mix node over the two: that works on every target.",
+        ),
+        Rule(
+            "DOC_VALUE_IGNORED",
+            _WARNING,
+            "value has no effect",
+            "The input falls back to geometry (its definition has a defaultgeomprop, such as the normal), and "
+            "MaterialX's generators ignore a literal there: the shading normal is used all the same.",
+            "Remove the value, or connect a node that gives it.",
+        ),
+        Rule(
+            "DOC_COLOR_SPACE",
+            _WARNING,
+            "unknown colour space",
+            "MaterialX has no transform from this colour space, so that its generators use the numbers as they are.",
+            "Use a colour space of MaterialX's library, such as srgb_texture, lin_rec709 or acescg.",
+        ),
+        Rule(
+            "DOC_CYCLE",
+            _ERROR,
+            "graph is cyclic or too deep",
+            "Nodes feed each other in a circle, or in a chain so long that generators, which work recursively, exhaust "
+            "the stack.",
+            "Break the circle at the connection that is named; merge long chains into node graphs.",
+        ),
+        Rule(
+            "DOC_FILE",
+            _ERROR,
+            "image cannot be read",
+            "An image that the document refers to does not exist, or OpenImageIO cannot read it.",
+            "Correct the file name; it is relative to the document's folder.",
+        ),
+        Rule(
+            "DOC_NO_RENDERABLE",
+            _WARNING,
+            "nothing to render",
+            "The document has no material, and no output of shader type: there is nothing to generate a shader from. A "
+            "library of definitions is such a document.",
+            "Add a surfacematerial node with a surface shader.",
+        ),
+        Rule(
+            "RETRO_UNDEFINED",
+            _ERROR,
+            "node cannot be retroreflective",
+            "The node's definition has no input `retroreflective`: the boolean exists on conductor_bsdf, "
+            "dielectric_bsdf and generalized_schlick_bsdf, from MaterialX 1.39.5 on.",
+            "Use one of the three BSDFs that have it, or remove the input.",
+        ),
+        Rule(
+            "RETRO_TRANSMISSION",
+            _WARNING,
+            "retroreflective on a node that only transmits",
+            "With scatter_mode T the node has no reflection, and the flag acts on reflection alone (MaterialX "
+            "specification; Portsmouth et al. 2026, section 5): it does nothing.",
+            "Use scatter_mode R or RT, or remove the flag.",
+        ),
+        Rule(
+            "RETRO_INVISIBLE",
+            _WARNING,
+            "retroreflective lobe cannot be seen",
+            "The lobe's weight is 0 or its reflectance is black, so that the flag has no visible effect.",
+            "Give the lobe a weight and a reflectance. A dielectric of index 1 reflects nothing.",
+        ),
+        Rule(
+            "ENERGY_GAIN",
+            _ERROR,
+            "surface reflects more light than it receives",
+            "The directional albedo, the integral of response(v, l) over all l, is above 1 for some view direction and "
+            f"channel. It is integrated by importance sampling over every lobe of the reference; values up to "
+            f"{ALBEDO_BOUND:g} pass, since MaterialX's energy compensation and layering are approximations that give "
+            "an ideal white lobe as much.",
+            "Lower the reflectances, or put one lobe over the other with `layer` instead of `add`.",
+        ),
+        Rule(
+            "LOBE_TOO_NARROW",
+            _WARNING,
+            "lobe is too narrow for float32",
+            f"The microfacet width alpha is below {NARROWEST_ALPHA:g}. The half-vector is known to about 21 roundings of "
+            "2^-24; on the flank of the lobe D moves by 2 * 21 * 2^-24 / alpha relative, which is a tenth there: "
+            "shaders hit or miss the peak by chance. The comparison leaves the peak out. Environment light is not "
+            "affected.",
+            "Use an alpha of at least 2.5e-05 (a roughness of 0.005); real retroreflectors have 0.0025 and more.",
+        ),
+        Rule(
+            "SHADER_GENERATE",
+            _ERROR,
+            "shader generation failed",
+            "MaterialX could not generate source code for the target; the message is its own.",
+            "Commonly a node without an implementation for the target, or a source file that is not found.",
+        ),
+        Rule(
+            "SHADER_COMPILE",
+            _ERROR,
+            "compilation failed",
+            "The target's compiler rejects the generated source. The message is the compiler's, with its line of the "
+            "generated code.",
+            "Look at the source with `mrm generate`; a custom implementation in the document is the usual cause.",
+        ),
+        Rule(
+            "SHADER_DIFFERS",
+            _ERROR,
+            "shader differs from the reference",
+            "The shader's response misses the float64 reference by more than float32 arithmetic explains. Allowed per "
+            "sample: 24 times the sum of the reference's own movements under single float32 roundings of each axis of "
+            "v and l, of the document's numbers and of ill-conditioned intermediate results, plus 40 roundings of the "
+            "result. 24 counts the roundings of a half-vector at GLSL 4.60's precisions (section 4.7.1).",
+            "The worst sample is named; implementations in the document that replace the library's are the usual cause.",
+        ),
+        Rule(
+            "SHADER_NOT_FINITE",
+            _ERROR,
+            "shader gives NaN or infinity",
+            "For valid directions and a unit light the shader's colour is not a finite number. Such pixels spread in "
+            "denoisers and filters.",
+            "Look for divisions by an input that is 0, and for an alpha of 0 at the peak of a lobe.",
+        ),
+        Rule(
+            "SHADER_IGNORES_RETRO",
+            _WARNING,
+            "target ignores the retroreflective flag",
+            "The generated code for this target does not depend on the flag, so that the material looks ordinary there. "
+            "In MaterialX 1.39.5 this is so for OSL (the value is never read) and MDL (before module 1.11).",
+            "Nothing in the document is wrong; do not rely on this target for the effect.",
+        ),
+        Rule(
+            "CHECK_CRASHED",
+            _ERROR,
+            "check crashed",
+            "The process that checked the document died, or met an internal error. The other documents were checked.",
+            "Please report it with the document; MaterialX or a driver may have died on it.",
+        ),
+        Rule(
+            "CHECK_TIMEOUT",
+            _ERROR,
+            "check took too long",
+            "The document was not finished within the time limit and was given up.",
+            "Raise --timeout, or look for an endless loop in a custom implementation.",
+        ),
+    )
+}

@@ -1,0 +1,261 @@
+"""Checks one document, from its bytes to the comparison of its shaders. Runs in a worker process."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.engines import compilers, gl
+from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.library import Origin, load_library
+from mrm_mtlx.reference import Surface, UnsupportedError
+from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
+from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, NARROWEST_ALPHA
+from mrm_mtlx.validation.comparison import Comparison, compare, draw
+from mrm_mtlx.validation.energy import directional_albedos
+from mrm_mtlx.validation.findings import Severity, finding
+from mrm_mtlx.validation.graph_checks import check_graph, location
+from mrm_mtlx.validation.reading import ReadError, read_document, resolve_inside
+from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
+from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, microfacet_nodes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from mrm_mtlx.reference import ShadingPoints, Tolerance
+    from mrm_mtlx.shadergen import Shader
+    from mrm_mtlx.validation.findings import Finding
+
+# Source targets that the OpenGL driver compiles and runs.
+GL_TARGETS = ("glsl", "essl")
+
+# Why targets end at the source: no compiler for them runs here.
+_NO_COMPILER = {
+    "msl": "no Metal compiler: Apple's tools only",
+    "wgsl": "no WGSL compiler: MaterialX writes GLSL to be transpiled",
+    "osl": "no OSL engine",
+    "mdl": "no MDL compiler",
+}
+
+
+@dataclass(frozen=True)
+class Request:
+    """One document to check, and how.
+
+    Attributes
+    ----------
+    path, root
+        The document, and the folder outside of which nothing is opened.
+    shown
+        The document's path in reports.
+    targets
+        Names of the targets to generate.
+    samples, seed
+        Samples per comparison; the seed fixes them.
+    origin
+        Whose implementation of the flag is checked.
+    """
+
+    path: Path
+    root: Path
+    shown: str
+    targets: tuple[str, ...]
+    samples: int = 16384
+    seed: int = 0
+    origin: Origin = Origin.MRM
+
+
+def check_document(request: Request) -> DocumentResult:
+    """Read, check, generate, compile, run and compare one document."""
+    result = DocumentResult(request.shown)
+    library = load_library(request.origin)
+    try:
+        document, result.findings = read_document(request.path, request.root, library)
+    except ReadError as error:
+        result.findings = [error.finding]
+        return result
+    result.findings += check_graph(document, request.path.parent, request.root)
+    blocked = any(f.severity is Severity.ERROR for f in result.findings)
+    if any(f.code == "DOC_CYCLE" for f in result.findings):
+        return result
+    elements = renderable_elements(document)
+    if not elements:
+        result.findings.append(finding("DOC_NO_RENDERABLE", "", "no material and no output of shader type"))
+    if not blocked:
+        result.findings += check_retroreflection(document)
+    flags = [] if blocked else [n for n in microfacet_nodes(document) if is_retroreflective(n)]
+    for element in elements:
+        renderable = RenderableResult(str(element.getNamePath()))
+        result.renderables.append(renderable)
+        if blocked:
+            skip = TargetResult("read", "skip", "the document has errors")
+            renderable.targets = dict.fromkeys(request.targets, skip)
+        else:
+            result.findings += _ElementCheck(request, element, renderable, flags).run()
+    return result
+
+
+class _ElementCheck:
+    """The check of one renderable element on all targets."""
+
+    def __init__(self, request: Request, element: Any, renderable: RenderableResult, flags: list[Any]) -> None:
+        self._request = request
+        self._element = element
+        self._renderable = renderable
+        self._flags = flags
+        self._place = location(element)
+        self._library = load_library(request.origin)
+        self._findings: list[Finding] = []
+        self._reason = ""
+        self._tolerance: Tolerance | None = None
+        self._points: ShadingPoints
+
+    def run(self) -> list[Finding]:
+        """Check every target; fill the results, return the findings."""
+        self._evaluate_reference()
+        for target in self._request.targets:
+            self._renderable.targets[target] = self._check_target(target)
+        return self._findings
+
+    def _report(self, code: str, message: str) -> None:
+        self._findings.append(finding(code, self._place, message))
+
+    def _evaluate_reference(self) -> None:
+        rng = sampling.generator(self._request.seed, self._renderable.name)
+        count = self._request.samples
+        lobes: list[sampling.LobeShape] = []
+        try:
+            surface = Surface(self._element)
+        except UnsupportedError as error:
+            self._reason = str(error)
+        else:
+            probe = sampling.shading_points(rng, *sampling.sample_local(rng, 2))
+            lobes = [_shape(facets) for facets in surface.lobes(probe)]
+            self._check_energy(surface, lobes, rng)
+            # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
+            lobes = [lobe for lobe in lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
+        self._points = sampling.shading_points(rng, *sampling.sample_local(rng, count, lobes))
+        if not self._reason:
+            self._tolerance = surface.tolerance(self._points)
+
+    def _check_energy(self, surface: Surface, lobes: list[sampling.LobeShape], rng: np.random.Generator) -> None:
+        albedos = directional_albedos(surface, lobes, rng)
+        worst = max(albedos, key=lambda a: a.value)
+        # Four standard errors: one false alarm in 30,000 surfaces that reflect exactly the bound.
+        if worst.value - 4.0 * worst.error > ALBEDO_BOUND:
+            found = f"albedo {worst.value:.3f} at a view angle of {worst.view_deg:g} degrees"
+            self._report("ENERGY_GAIN", f"{found}, expected at most 1 (up to {ALBEDO_BOUND:g} passes)")
+
+    def _check_target(self, target: str) -> TargetResult:
+        try:
+            shader = generate(self._element, target, self._library)
+        except GenerationError as error:
+            self._report("SHADER_GENERATE", f"{target}: {error}")
+            return TargetResult("generate", "fail")
+        ignoring = [n.getName() for n in self._flags if ignores_flag(shader, n.getName())]
+        if ignoring:
+            names = ", ".join(sorted(ignoring))
+            self._report("SHADER_IGNORES_RETRO", f"{target}: the code does not depend on the flag of {names}")
+        if target in GL_TARGETS:
+            return self._run_in_gl(shader)
+        return self._compile(shader)
+
+    def _compile(self, shader: Shader) -> TargetResult:
+        if shader.target in _NO_COMPILER:
+            return TargetResult("generate", "skip", _NO_COMPILER[shader.target])
+        if shader.target == "vulkan":
+            available, compiler = compilers.vulkan_availability(), compilers.compile_vulkan
+        else:
+            available, compiler = compilers.slang_availability(), compilers.compile_slang
+        if not available.available:
+            return TargetResult("generate", "skip", f"{available.detail}; {available.remedy}")
+        message = compiler(shader)
+        if message:
+            self._report("SHADER_COMPILE", f"{shader.target}: {message}")
+        return TargetResult("compile", "fail" if message else "pass")
+
+    def _run_in_gl(self, shader: Shader) -> TargetResult:
+        available = gl.availability()
+        if not available.available:
+            return TargetResult("generate", "skip", f"{available.detail}; {available.remedy}")
+        try:
+            with gl.SurfaceProgram(shader, self._textures(shader)) as program:
+                found = draw(program, shader, self._points)
+        except gl.CompileError as error:
+            first = error.messages[0]
+            where = f" at line {first.line}: {first.source}" if first.line else ""
+            self._report("SHADER_COMPILE", f"{shader.target}: {first.message}{where}")
+            return TargetResult("compile", "fail")
+        if not np.all(np.isfinite(found)):
+            share = np.mean(~np.isfinite(found).all(axis=1))
+            self._report("SHADER_NOT_FINITE", f"{shader.target}: {share:.2%} of the samples are NaN or infinite")
+            return TargetResult("compare", "fail", samples=len(found))
+        if self._tolerance is None:
+            return TargetResult("compile", "skip", self._reason, samples=len(found))
+        return self._compare(shader, found, self._tolerance)
+
+    def _compare(self, shader: Shader, found: NDArray[np.float32], tolerance: Tolerance) -> TargetResult:
+        comparison = compare(found, tolerance, self._points)
+        if not comparison.passed:
+            self._report("SHADER_DIFFERS", f"{shader.target}: {describe(comparison)}")
+        return TargetResult(
+            stage="compare",
+            status="pass" if comparison.passed else "fail",
+            samples=comparison.samples,
+            max_error=comparison.max_error,
+            tolerance=comparison.tolerance,
+            worst=comparison.worst,
+        )
+
+    def _textures(self, shader: Shader) -> dict[str, NDArray[np.floating]]:
+        """Images of the shader's file uniforms; those that cannot be read are reported and stay black."""
+        textures: dict[str, NDArray[np.floating]] = {}
+        folder, root = self._request.path.parent, self._request.root
+        for port in shader.uniforms:
+            if port.type != "filename" or not port.value:
+                continue
+            path = resolve_inside(str(port.value), folder, root)
+            if path is None or not path.is_file():  # reported with the document's structure
+                continue
+            try:
+                textures[port.variable] = read_image(path)
+            except ValueError as error:
+                self._report("DOC_FILE", f"{shader.target}: {error}")
+        return textures
+
+
+def describe(comparison: Comparison) -> str:
+    """One line on a failed comparison: how many samples, and the worst of them."""
+    worst = comparison.worst
+    found, expected = (", ".join(f"{x:.6g}" for x in worst[key]) for key in ("found", "expected"))
+    v, l = (", ".join(f"{x:.5f}" for x in worst[key]) for key in ("v", "l"))
+    return (
+        f"{comparison.differing} of {comparison.samples} samples differ; worst at v = ({v}), l = ({l}): found "
+        f"({found}), expected ({expected}), relative error {worst['error']:.3g}, allowed {worst['tolerance']:.3g}"
+    )
+
+
+def ignores_flag(shader: Shader, node_name: str) -> bool:
+    """Whether the generated code does not depend on a node's retroreflective flag.
+
+    The flag is a variable that is declared and never read again; in MDL it is handed to a module that honours it from
+    version 1.11 on and marks it unused before.
+    """
+    source = shader.sources["pixel"]
+    uses = len(re.findall(rf"\b(?:mxp_)?{re.escape(node_name)}_retroreflective\b", source))
+    if shader.target == "mdl":
+        versions = [int(v) for v in re.findall(r"materialx::pbrlib_1_(\d+)", source)]
+        return max(versions, default=0) < 11
+    # WGSL names a uniform twice more, in a macro that turns the stored integer into a bool.
+    return uses <= (3 if shader.target == "wgsl" else 1)
+
+
+def _shape(facets: Any) -> sampling.LobeShape:
+    """Widths of a lobe of a document, which are the same at all samples or taken as their mean."""
+    widths = [np.clip(np.mean(a), 1e-6, 1.0) for a in (facets.alpha_x, facets.alpha_y)]
+    return sampling.LobeShape(widths[0], widths[1], bool(np.any(facets.retroreflective)))

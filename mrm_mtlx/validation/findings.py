@@ -1,0 +1,75 @@
+"""A finding: something in the user's data that is wrong, with a stable code, a place, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Severity(StrEnum):
+    """How bad: an error fails the run, a warning fails it under --strict."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a code means; the source of `mrm rules`, of docs/rules.md and of every finding's severity.
+
+    Attributes
+    ----------
+    code
+        Stable; the part before the first underscore is the group (READ, DOC, RETRO, ENERGY, LOBE, SHADER, CHECK).
+    severity
+        Error or warning.
+    title
+        One line.
+    meaning
+        Why it matters; with formula, tolerance and source where there are any.
+    remedy
+        What to do.
+    """
+
+    code: str
+    severity: Severity
+    title: str
+    meaning: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One case of a rule.
+
+    Attributes
+    ----------
+    code, severity
+        Of the rule.
+    location
+        Path of the element in the document, "/material/node/input", or "line N" before there are elements, or "".
+    message
+        What was found and what was expected, on one line but for quoted source.
+    hint
+        What to do.
+    """
+
+    code: str
+    severity: Severity
+    location: str
+    message: str
+    hint: str
+
+
+def finding(code: str, location: str, message: str, hint: str = "") -> Finding:
+    """A finding under a rule of the catalogue; its general remedy is the hint if none is given.
+
+    Raises
+    ------
+    KeyError
+        If there is no such rule.
+    """
+    from mrm_mtlx.validation.catalogue import RULES
+
+    rule = RULES[code]
+    return Finding(code, rule.severity, location, message, hint or rule.remedy)

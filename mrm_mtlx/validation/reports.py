@@ -1,0 +1,144 @@
+"""A validation result as JSON, JUnit XML and GitHub annotations; the terminal's form is in `cli`."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+from mrm_mtlx.validation.findings import Severity
+
+if TYPE_CHECKING:
+    from mrm_mtlx.validation.results import DocumentResult, ValidationResult
+
+SCHEMA = "mrm.validate/1"
+
+
+def exit_status(result: ValidationResult, *, strict: bool) -> int:
+    """0 clean; 1 errors (and, with `strict`, warnings or skips); 3 nothing was checked."""
+    if result.count(Severity.ERROR) or any(r.status == "fail" for _, r in result.results()):
+        return 1
+    if strict and (result.count(Severity.WARNING) or result.skipped):
+        return 1
+    return 0 if result.checked else 3
+
+
+def verdict(result: ValidationResult, *, strict: bool) -> str:
+    """The last line of a text report."""
+    word = {0: "PASSED", 1: "FAILED", 3: "NOTHING CHECKED"}[exit_status(result, strict=strict)]
+    reasons = Counter(
+        f"{target}: {r.reason}" for target, r in result.results() if r.status == "skip"
+    )
+    skipped = f"{result.skipped} skipped"
+    if reasons:
+        listed = [f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: (-item[1], item[0]))]
+        more = f"; {len(listed) - 4} more reasons" if len(listed) > 4 else ""
+        skipped += f" ({'; '.join(listed[:4])}{more})"
+    counts = [
+        _plural(result.count(Severity.ERROR), "error"),
+        _plural(result.count(Severity.WARNING), "warning"),
+        f"{result.checked} checked",
+        skipped,
+    ]
+    return f"{word}  {', '.join(counts)}"
+
+
+def to_json(result: ValidationResult) -> str:
+    """The report by docs/report.schema.json; two runs with one seed give the same bytes."""
+    report = {
+        "schema": SCHEMA,
+        "versions": result.versions,
+        "engines": result.engines,
+        "documents": [
+            {
+                "path": document.path,
+                "findings": [asdict(f) for f in document.findings],
+                "renderables": [asdict(r) for r in document.renderables],
+            }
+            for document in result.documents
+        ],
+        "summary": {
+            "errors": result.count(Severity.ERROR),
+            "warnings": result.count(Severity.WARNING),
+            "documents": len(result.documents),
+            "checked": result.checked,
+            "skipped": result.skipped,
+        },
+    }
+    return json.dumps(_finite(report), indent=2, allow_nan=False)
+
+
+def to_junit(result: ValidationResult) -> str:
+    """JUnit XML: a suite per document, a case for its findings and one per renderable element and target."""
+    suites = ElementTree.Element("testsuites", name="mrm validate")
+    for document in result.documents:
+        _junit_suite(suites, document)
+    ElementTree.indent(suites)
+    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
+
+
+def to_github(result: ValidationResult) -> str:
+    """Workflow commands of GitHub Actions, one per finding."""
+    lines = []
+    for document in result.documents:
+        for found in document.findings:
+            place = f"{found.location}: " if found.location else ""
+            properties = f"file={_escape(document.path, ':,')},title={_escape(found.code, ':,')}"
+            message = _escape(f"{place}{found.message} {found.hint}")
+            lines.append(f"::{found.severity} {properties}::{message}")
+    return "\n".join(lines)
+
+
+def _junit_suite(suites: ElementTree.Element, document: DocumentResult) -> None:
+    cases: list[tuple[str, str, str]] = [("findings", "", "")]
+    for found in document.findings:
+        kind = "failure" if found.severity is Severity.ERROR else "system-out"
+        cases.append((f"{found.code} {found.location}".strip(), kind, f"{found.message}\n{found.hint}"))
+    for renderable in document.renderables:
+        for target, r in renderable.targets.items():
+            kind = {"pass": "", "fail": "failure", "skip": "skipped"}[r.status]
+            cases.append((f"{renderable.name} [{target}]", kind, r.reason or (r.stage if kind else "")))
+    kinds = [kind for _, kind, _ in cases]
+    suite = ElementTree.SubElement(
+        suites,
+        "testsuite",
+        name=_xml(document.path),
+        tests=str(len(cases)),
+        failures=str(kinds.count("failure")),
+        skipped=str(kinds.count("skipped")),
+        errors="0",
+    )
+    for name, kind, text in cases:
+        case = ElementTree.SubElement(suite, "testcase", classname=_xml(document.path), name=_xml(name))
+        if kind == "system-out":
+            ElementTree.SubElement(case, kind).text = _xml(text)
+        elif kind:
+            ElementTree.SubElement(case, kind, message=_xml(text.split("\n")[0])).text = _xml(text)
+
+
+def _xml(text: str) -> str:
+    """Text without the control characters that XML 1.0 cannot hold."""
+    return "".join(c if c in "\t\n\r" or ord(c) >= 32 else "\ufffd" for c in text)
+
+
+def _escape(text: str, also: str = "") -> str:
+    for character in "%\r\n" + also:
+        text = text.replace(character, f"%{ord(character):02X}")
+    return text
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no NaN and no infinity; both become null."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not abs(value) < float("inf"):
+        return None
+    return value
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

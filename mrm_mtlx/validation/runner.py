@@ -1,0 +1,176 @@
+"""Checks many documents in worker processes that may crash or hang without taking the run down."""
+
+from __future__ import annotations
+
+import multiprocessing
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx import __version__
+from mrm_mtlx.validation.document import GL_TARGETS, Request, check_document
+from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.validation.results import DocumentResult, ValidationResult
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from concurrent.futures import Future
+
+    from mrm_mtlx.library import Origin
+
+SUFFIX = ".mtlx"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to check; see `document.Request`. `timeout_s` is per document, `jobs` the number of processes."""
+
+    targets: tuple[str, ...]
+    samples: int
+    seed: int
+    origin: Origin
+    jobs: int
+    timeout_s: float
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+
+
+def validate(
+    paths: Sequence[Path], settings: Settings, progress: Callable[[int, int], None] | None = None
+) -> ValidationResult:
+    """Check documents and folders.
+
+    Parameters
+    ----------
+    paths
+        Files, or folders that are searched recursively for .mtlx files.
+    settings
+        Targets, samples, seed, processes, filters.
+    progress
+        Called with (finished, all) after each document.
+
+    Returns
+    -------
+    ValidationResult
+        Documents sorted by path. A path that does not exist is a document with a finding.
+    """
+    missing, requests = collect(paths, settings)
+    documents = missing + _run(requests, settings, progress)
+    for document in documents:
+        document.findings = [f for f in document.findings if _wanted(f, settings)]
+    documents.sort(key=lambda d: d.path)
+    return ValidationResult(versions(), engines(), documents)
+
+
+def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentResult], list[Request]]:
+    """Results for paths that cannot be checked, and a request per document, each document once."""
+    missing: list[DocumentResult] = []
+    requests: dict[str, Request] = {}
+    for path in paths:
+        if not path.exists():
+            message = f"'{path.as_posix()}' does not exist"
+            missing.append(DocumentResult(shown(path), [finding("READ_MISSING", "", message)]))
+            continue
+        is_folder = path.is_dir()
+        root = path if is_folder else path.parent
+        for file in sorted(path.rglob(f"*{SUFFIX}"), key=Path.as_posix) if is_folder else [path]:
+            name = shown(file)
+            if is_folder and not file.resolve().is_relative_to(root.resolve()):
+                message = "the document is a link that leads out of the folder being checked"
+                missing.append(DocumentResult(name, [finding("READ_OUTSIDE", "", message)]))
+                continue
+            requests.setdefault(
+                name,
+                Request(
+                    file, root, name, settings.targets, settings.samples, settings.seed, settings.origin
+                ),
+            )
+    return missing, list(requests.values())
+
+
+def shown(path: Path) -> str:
+    """A path as reports show it: relative to the current folder, or the last two parts of one that lies elsewhere."""
+    absolute = Path.cwd() / path
+    try:
+        return absolute.relative_to(Path.cwd()).as_posix()
+    except ValueError:
+        return Path(*absolute.parts[-2:]).as_posix().lstrip("/")
+
+
+def versions() -> dict[str, str]:
+    """Versions of what a verdict depends on."""
+    names = {"materialx": "MaterialX", "numpy": "numpy", "openimageio": "OpenImageIO", "moderngl": "moderngl"}
+    return {"mrm": __version__, **{key: metadata.version(name) for key, name in names.items()}}
+
+
+def engines() -> dict[str, dict[str, Any]]:
+    """What can run or compile source here, for the report."""
+    from mrm_mtlx.engines import compilers, gl
+
+    known = {"gl": gl.availability, "vulkan": compilers.vulkan_availability, "slang": compilers.slang_availability}
+    report: dict[str, dict[str, Any]] = {}
+    for name, availability in known.items():
+        state = availability()
+        key = "renderer" if state.available else "reason"
+        report[name] = {"available": state.available, key: state.detail}
+    return report
+
+
+def _run(
+    requests: list[Request], settings: Settings, progress: Callable[[int, int], None] | None
+) -> list[DocumentResult]:
+    import pebble
+
+    if not requests:
+        return []
+    results = []
+    # Spawned, not forked: a fork would share the parent's OpenGL driver and threads.
+    pool = pebble.ProcessPool(
+        max_workers=min(settings.jobs, len(requests)), context=multiprocessing.get_context("spawn"), initializer=_mute
+    )
+    try:
+        futures = [pool.submit(check_document, settings.timeout_s, request) for request in requests]
+        for count, (request, future) in enumerate(zip(requests, futures, strict=True), start=1):
+            results.append(_result(request, future, settings))
+            if progress:
+                progress(count, len(requests))
+        pool.close()
+    except BaseException:
+        pool.stop()
+        raise
+    finally:
+        pool.join()
+    return results
+
+
+def _result(request: Request, future: Future[DocumentResult], settings: Settings) -> DocumentResult:
+    import pebble
+
+    try:
+        return future.result()
+    except TimeoutError:
+        message = f"not finished within {settings.timeout_s:g} s"
+        found = finding("CHECK_TIMEOUT", "", message)
+    except pebble.ProcessExpired as error:
+        found = finding("CHECK_CRASHED", "", f"the process that checked it died with exit status {error.exitcode}")
+    except Exception as error:
+        found = finding("CHECK_CRASHED", "", f"internal error: {type(error).__name__}: {error}")
+    return DocumentResult(request.shown, [found])
+
+
+def _mute() -> None:
+    """Workers return their results; what C++ libraries print meanwhile is noise on the user's terminal."""
+    import os
+
+    sink = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, 1)
+    os.dup2(sink, 2)
+
+
+def _wanted(found: Finding, settings: Settings) -> bool:
+    selected = not settings.select or found.code.startswith(settings.select)
+    return selected and not (settings.ignore and found.code.startswith(settings.ignore))
+
+
+__all__ = ["GL_TARGETS", "Settings", "collect", "engines", "shown", "validate", "versions"]

@@ -1,0 +1,137 @@
+"""Directions at which a surface is compared: where its lobes are, and where arithmetic is hard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+
+from mrm_mtlx.bsdf.vectors import mirror
+from mrm_mtlx.reference import ShadingPoints
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# The one direction of light of a draw, in world space: a generic one, so that no product is exact by luck. Every sample
+# is turned so that its l comes to lie here.
+LIGHT = tuple(float(np.float32(x)) for x in (0.26726124, 0.5345225, 0.8017837))
+
+# Smallest n.v sampled; below it a surface is seen edge-on and shaders clamp.
+_GRAZING = 1e-3
+# One sample in this many is seen from the back.
+_BACK = 16
+
+
+@dataclass(frozen=True)
+class LobeShape:
+    """What the sampling needs of a microfacet lobe: widths, scalars or shape (samples,), and the flag."""
+
+    alpha_x: Array
+    alpha_y: Array
+    retroreflective: bool
+
+
+def generator(seed: int, name: str) -> np.random.Generator:
+    """Random numbers that depend on the seed and a name, and not on what else is checked or in which order."""
+    return np.random.default_rng([seed, crc32(name.encode())])
+
+
+def sample_local(
+    rng: np.random.Generator, count: int, lobes: Sequence[LobeShape] = ()
+) -> tuple[Array, Array]:
+    """Directions v and l in the local frame, shape (count, 3).
+
+    v: half uniform over the hemisphere, a quarter near the normal, a quarter grazing (n.v log-uniform down to 1e-3).
+    l: a quarter uniform over the hemisphere; the others around the peaks of the lobes in turn, half of them within one
+    width of it and half drawn from the lobe; a lobe's l below the surface is replaced by a uniform one.
+    """
+    cos_v = rng.random(count)
+    kind = rng.integers(0, 4, count)
+    cos_v = np.where(kind == 2, np.sqrt(1.0 - 0.05 * cos_v), cos_v)
+    cos_v = np.where(kind == 3, _GRAZING * 100.0**cos_v, cos_v)
+    v = _spherical(np.maximum(cos_v, _GRAZING), rng.random(count))
+    l = _spherical(np.maximum(rng.random(count), _GRAZING), rng.random(count))
+    choice = rng.integers(0, 4 * max(len(lobes), 1), count)
+    for index, lobe in enumerate(lobes):
+        around = _around_peak(rng, v, lobe)
+        use = (choice % len(lobes) == index) & (choice >= len(lobes)) & (around[:, 2] > 0.0)
+        l = np.where(use[:, None], around, l)
+    return v, l
+
+
+def shading_points(
+    rng: np.random.Generator, v: Array, l: Array, properties: Mapping[str, Array] | None = None
+) -> ShadingPoints:
+    """World-space samples with these local directions, in random frames, rounded to float32.
+
+    Each frame is turned so that l is `LIGHT`; the eye is at the origin, so the position is -v. One sample in 16 has its
+    normal turned to the back. `properties` are per-sample geometric properties, rounded to float32 too.
+    """
+    count = len(v)
+    light = np.array(LIGHT)
+    # Two orthonormal frames, about l and about LIGHT; the turn takes one to the other, with a random spin.
+    first = _perpendicular(l)
+    second = np.cross(l, first)
+    spin = 2.0 * np.pi * rng.random((count, 1))
+    axis_1 = _perpendicular(np.broadcast_to(light / np.linalg.norm(light), (count, 3)))
+    axis_2 = np.cross(light / np.linalg.norm(light), axis_1)
+    turned_1 = np.cos(spin) * axis_1 + np.sin(spin) * axis_2
+    turned_2 = np.cos(spin) * axis_2 - np.sin(spin) * axis_1
+
+    def turn(a: Array) -> Array:
+        along = [np.sum(a * b, axis=1, keepdims=True) for b in (first, second, l)]
+        return along[0] * turned_1 + along[1] * turned_2 + along[2] * light / np.linalg.norm(light)
+
+    facing = np.where(np.arange(count) % _BACK == _BACK - 1, -1.0, 1.0)[:, None]
+    view = _float32(turn(v))
+    return ShadingPoints(
+        view=view,
+        light=light,
+        normal=_float32(turn(np.broadcast_to([0.0, 0.0, 1.0], (count, 3))) * facing),
+        tangent=_float32(turn(np.broadcast_to([1.0, 0.0, 0.0], (count, 3)))),
+        position=-view,
+        texcoord=_float32(rng.random((count, 2))),
+        properties={name: _float32(value) for name, value in (properties or {}).items()},
+    )
+
+
+def local_directions(points: ShadingPoints, index: int) -> tuple[list[float], list[float]]:
+    """v and l of one sample in its own frame, for reports; rounded to 7 digits."""
+    n, x = points.normal[index], points.tangent[index]
+    n = n if np.dot(n, points.view[index]) >= 0.0 else -n
+    frame = np.stack([x, np.cross(n, x), n])
+    light = np.asarray(points.light)
+    rounded = [np.round(frame @ a, 7) + 0.0 for a in (points.view[index], light if light.ndim == 1 else light[index])]
+    return rounded[0].tolist(), rounded[1].tolist()
+
+
+def _around_peak(rng: np.random.Generator, v: Array, lobe: LobeShape) -> Array:
+    count = len(v)
+    u = rng.random(count)
+    # Slope over width: uniform in the disc of one width, or the GGX distribution's own, sqrt(u / (1 - u)).
+    radius = np.where(rng.random(count) < 0.5, np.sqrt(u), np.sqrt(u / np.maximum(1.0 - u, 1e-6)))
+    phi = 2.0 * np.pi * rng.random(count)
+    slopes = [radius * np.cos(phi) * lobe.alpha_x, radius * np.sin(phi) * lobe.alpha_y]
+    m = np.stack([*slopes, np.ones(count)], axis=1)
+    m /= np.linalg.norm(m, axis=1, keepdims=True)
+    seen = mirror(v) if lobe.retroreflective else v
+    return np.asarray(2.0 * np.sum(seen * m, axis=1, keepdims=True) * m - seen)
+
+
+def _spherical(cos_theta: Array, turn: Array) -> Array:
+    sine, phi = np.sqrt(1.0 - cos_theta**2), 2.0 * np.pi * turn
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), cos_theta], axis=1)
+
+
+def _perpendicular(a: Array) -> Array:
+    axis = np.where(np.abs(a[:, :1]) < 0.5, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    p = axis - np.sum(axis * a, axis=1, keepdims=True) * a
+    return np.asarray(p / np.linalg.norm(p, axis=1, keepdims=True))
+
+
+def _float32(a: Array) -> Array:
+    return np.asarray(a, dtype=np.float32).astype(float)

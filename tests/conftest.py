@@ -1,0 +1,158 @@
+"""What the tests share: data libraries, the OpenGL engine, documents from text, and directions worth trying."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import MaterialX as mx
+import numpy as np
+import pytest
+
+from mrm_mtlx.engines import gl as gl_engine
+from mrm_mtlx.library import DataLibrary, Origin, load_library
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.engines.availability import Availability
+
+SEED = 2026
+
+# Cosine of the steepest direction drawn: 0.06 degrees from the tangent plane.
+GRAZING = 1e-3
+
+
+@pytest.fixture(scope="session")
+def library() -> DataLibrary:
+    """The node library over the standard one."""
+    return load_library()
+
+
+@pytest.fixture(scope="session")
+def upstream_library() -> DataLibrary:
+    """The standard library alone."""
+    return load_library(Origin.UPSTREAM)
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """Root of the checkout."""
+    return Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def shared(repository: Path) -> Path:
+    """Folder of reference material beside the checkout; tests that read it are extras."""
+    folder = repository.parent / "shared"
+    if not folder.is_dir():
+        pytest.skip("the folder 'shared' with reference material is not beside the repository")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def gl() -> Availability:
+    """The OpenGL engine. Absent, it skips; absent or another one than MRM_EXPECT_GL names, it fails."""
+    state = gl_engine.availability()
+    expected = os.environ.get("MRM_EXPECT_GL", "")
+    if expected and not (state.available and expected in state.detail):
+        pytest.fail(f"MRM_EXPECT_GL asks for '{expected}', found: {state.detail}", pytrace=False)
+    if not state.available:
+        pytest.skip(f"OpenGL engine not available: {state.detail}; {state.remedy}")
+    return state
+
+
+@pytest.fixture
+def gl_clean(gl: Availability) -> Iterator[Availability]:
+    """The OpenGL engine, with no error pending in the driver before the test and none after it."""
+    from mrm_mtlx.engines.gl.context import context
+
+    assert context().error == "GL_NO_ERROR"
+    yield gl
+    assert context().error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def rng(request: pytest.FixtureRequest) -> np.random.Generator:
+    """Random numbers that depend on the name of the test alone."""
+    return np.random.default_rng([SEED, crc32(request.node.nodeid.encode())])
+
+
+@pytest.fixture(scope="session")
+def make_document(library: DataLibrary) -> Callable[..., mx.Document]:
+    """Function from the elements of a document, as text, to the document with its data library set."""
+
+    def make(elements: str, data: DataLibrary = library, attributes: str = "") -> mx.Document:
+        document = mx.createDocument()
+        text = f'<?xml version="1.0"?><materialx version="1.39" {attributes}>{elements}</materialx>'
+        mx.readFromXmlString(document, text)
+        document.setDataLibrary(data.document)
+        return document
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def surface_document(make_document: Callable[..., mx.Document]) -> Callable[..., mx.Document]:
+    """Function from BSDF nodes, as text, to a valid document whose material `m` shows the node `bsdf`."""
+
+    def make(nodes: str, data: DataLibrary | None = None, attributes: str = "") -> mx.Document:
+        surface = (
+            '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf"/></surface>'
+            '<surfacematerial name="m" type="material">'
+            '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>'
+        )
+        chosen = {} if data is None else {"data": data}
+        document = make_document(nodes + surface, attributes=attributes, **chosen)
+        valid, message = document.validate()
+        assert valid, message
+        return document
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def polar() -> Callable[..., Array]:
+    """Function from polar angle and azimuth [rad], broadcast, to unit directions."""
+
+    def make(theta: float | Array, phi: float | Array = 0.0) -> Array:
+        theta, phi = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(phi, dtype=float))
+        return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def hemisphere() -> Callable[..., Array]:
+    """Function that draws unit directions over the upper hemisphere, one in eight of them grazing."""
+
+    def draw(rng: np.random.Generator, count: int) -> Array:
+        z = rng.uniform(GRAZING, 1.0, count)
+        z[::8] = GRAZING * np.exp(rng.uniform(0.0, np.log(50.0), len(z[::8])))
+        phi = rng.uniform(0.0, 2.0 * np.pi, count)
+        sine = np.sqrt(1.0 - z * z)
+        return np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=-1)
+
+    return draw
+
+
+@pytest.fixture(scope="session")
+def direction_pairs(hemisphere: Callable[..., Array]) -> Callable[..., tuple[Array, Array]]:
+    """Function that draws pairs (v, l): a half at random, then v = l, v' = l, and both of these nearly."""
+
+    def draw(rng: np.random.Generator, count: int, spread: float = 0.05) -> tuple[Array, Array]:
+        v, l = hemisphere(rng, count), hemisphere(rng, count)
+        mirror = np.array([-1.0, -1.0, 1.0])
+        quarter = count // 8
+        exact_v, exact_m, near_v, near_m = (slice(k * quarter, (k + 1) * quarter) for k in range(4))
+        l[exact_v], l[exact_m] = v[exact_v], v[exact_m] * mirror
+        for part, around in ((near_v, v[near_v]), (near_m, v[near_m] * mirror)):
+            moved = around + rng.normal(0.0, spread, around.shape)
+            moved[:, 2] = np.maximum(np.abs(moved[:, 2]), GRAZING)
+            l[part] = moved / np.linalg.norm(moved, axis=-1, keepdims=True)
+        return v, l
+
+    return draw
