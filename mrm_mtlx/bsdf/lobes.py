@@ -9,7 +9,7 @@ Every occurrence of v is replaced, the Fresnel term's included.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +22,20 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
+
+
+class Rounding(NamedTuple):
+    """Errors given to quantities that cancel, to see how far lower precision may be off; 0 is exact.
+
+    `modulus` is `rounding` of `fresnel.conductor_polarized` and `thin_film.metal_substrate`, `product` that of
+    `thin_film.reflectance_xyz`.
+    """
+
+    modulus: float = 0.0
+    product: float = 0.0
+
+
+EXACT = Rounding()
 
 
 class Lobe(Protocol):
@@ -160,27 +174,27 @@ def conductor_reflectance(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     *,
-    rounding: float = 0.0,
+    rounding: Rounding = EXACT,
 ) -> Array:
     """Reflectance of a metal under a film where there is one; channel first, shape (3, ...).
 
-    `rounding`, here and below: error given to what cancels, see `fresnel.conductor_polarized`; 0 is exact.
+    `rounding`, here and below: errors given to what cancels.
     """
 
     def substrate(cos_film: Array, eta: Array) -> thin_film.Substrate:
-        return thin_film.metal_substrate(cos_film, eta, ior, extinction, rounding=rounding)
+        return thin_film.metal_substrate(cos_film, eta, ior, extinction, rounding=rounding.modulus)
 
-    plain = fresnel.conductor(cos_theta, ior, extinction, rounding=rounding)
+    plain = fresnel.conductor(cos_theta, ior, extinction, rounding=rounding.modulus)
     return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
 
 
 def dielectric_reflectance(
-    cos_theta: ArrayLike, ior: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike, *, rounding: float = 0.0
+    cos_theta: ArrayLike, ior: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike, *, rounding: Rounding = EXACT
 ) -> Array:
     """Reflectance of a dielectric under a film where there is one; channel first, shape (3, ...) or (1, ...)."""
 
     def substrate(cos_film: Array, eta: Array) -> thin_film.Substrate:
-        return thin_film.metal_substrate(cos_film, eta, ior, np.zeros(()), rounding=rounding)
+        return thin_film.metal_substrate(cos_film, eta, ior, np.zeros(()), rounding=rounding.modulus)
 
     plain = fresnel.dielectric(cos_theta, ior)[None]
     return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
@@ -195,7 +209,7 @@ def schlick_reflectance(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     *,
-    rounding: float = 0.0,
+    rounding: Rounding = EXACT,
 ) -> Array:
     """Reflectance of generalised Schlick under a film where there is one; channel first, shape (3, ...)."""
 
@@ -213,7 +227,7 @@ def with_film(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     substrate: Callable[[Array, Array], thin_film.Substrate],
-    rounding: float = 0.0,
+    rounding: Rounding = EXACT,
 ) -> Array:
     """`plain` reflectance where the film's thickness is 0, that of film and substrate elsewhere; shape (3, ...)."""
     covered = np.asarray(thickness_nm) > 0.0
@@ -222,7 +236,7 @@ def with_film(
     # MaterialX takes the outside as vacuum: a film thinner than that, optically, has index 1.
     eta = np.maximum(np.asarray(film_ior, dtype=float), 1.0)
     under = substrate(thin_film.cosine_in_film(cos_theta, eta), eta)
-    filmed = thin_film.to_rgb(thin_film.reflectance_xyz(cos_theta, thickness_nm, eta, under, rounding=rounding))
+    filmed = thin_film.to_rgb(thin_film.reflectance_xyz(cos_theta, thickness_nm, eta, under, rounding=rounding.product))
     return np.where(covered, filmed, plain)
 
 

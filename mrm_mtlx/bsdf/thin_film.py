@@ -121,8 +121,9 @@ def reflectance_xyz(
     substrate
         What lies under the film.
     rounding
-        Error given to the product of the two reflectances before its root is taken, relative to their sum; 0 is exact.
-        Near Brewster's angle one of them is left by cancellation.
+        Error of the product of the two reflectances before its root is taken, relative to their sum; 0 is exact. Near
+        Brewster's angle, and where film and substrate are alike, one of them is left by cancellation. What it adds is
+        added regardless of phase.
     """
     c, eta = np.asarray(cos_theta, dtype=float), np.asarray(film_ior, dtype=float)
     # Optical path difference of neighbouring terms [m].
@@ -146,7 +147,13 @@ def _airy(top: Array, base: Array, path: Array, phase: Array, rounding: float) -
     direct = transmitted**2 * base / (1.0 - top * base)
     total = top + direct
     amplitude = direct - transmitted
-    round_trip = np.sqrt(np.maximum(top * base + rounding * (top + np.abs(base)), 0.0))
+    product = np.maximum(top * base, 0.0)
+    round_trip = np.sqrt(product)
+    if rounding:
+        # What the error adds to the first term's amplitude, in whatever phase: where the film's index is the
+        # substrate's, the base reflects nothing but noise, and its phase is noise too.
+        slack = np.sqrt(product + rounding * (top + np.abs(base))) - round_trip
+        total = total + 2.0 * np.abs(amplitude) * slack
     for term in range(1, SERIES_TERMS + 1):
         amplitude = amplitude * round_trip
         total = total + amplitude * 2.0 * _sensitivity(term * path, term * phase)

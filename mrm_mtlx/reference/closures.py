@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import albedo, diffuse, fresnel, ggx, thin_film
-from mrm_mtlx.bsdf.lobes import conductor_reflectance, dielectric_reflectance, schlick_reflectance
+from mrm_mtlx.bsdf.lobes import EXACT, Rounding, conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ ARCCOS_ERROR = 4096.0 * 2.0 * UNIT / ROUNDING_FACTOR
 # Relative error of what is left under a square root by cancellation: 2 ulp (4 units) of the root before it, by GLSL
 # 4.60, section 4.7.1, and as many roundings of the squares it adds. Divided likewise.
 ROOT_ERROR = 8.0 * UNIT / ROUNDING_FACTOR
+_ROUNDINGS = {"modulus": Rounding(modulus=ROOT_ERROR), "product": Rounding(product=ROOT_ERROR)}
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,9 @@ class Light:
     part: str = ""
 
     @property
-    def rounding(self) -> float:
-        """Error of what stands under a square root in the Fresnel terms and cancels, where that is what is moved."""
-        return ROOT_ERROR if self.part == "roots" else 0.0
+    def rounding(self) -> Rounding:
+        """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved."""
+        return _ROUNDINGS.get(self.part, EXACT)
 
 
 @dataclass(frozen=True)

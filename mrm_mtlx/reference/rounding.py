@@ -31,6 +31,10 @@ ROUNDING_FACTOR = 24.0
 # (16 + 4 * 5 units), and each closure above adds a product and a sum; they enter relative to the result.
 OUTPUT_ROUNDINGS = 40.0
 
+# Intermediate results that cancel, each moved alone, so that one movement cannot hide another: the reflectance, two
+# quantities under square roots in it (see bsdf.lobes.Rounding), the fitted albedo.
+PARTS = ("reflectance", "modulus", "product", "albedo")
+
 
 @dataclass(frozen=True)
 class Move:
@@ -43,8 +47,7 @@ class Move:
     values
         Pattern number of the signs with which the document's numbers are rounded; 0 leaves them.
     part
-        An intermediate result that cancels and is taken at the edge of its own error: "reflectance", "roots" (what
-        stands under a square root in the reflectance) or "albedo".
+        An intermediate result that cancels and is taken at the edge of its own error; see `PARTS`.
     """
 
     view: Array | float = 0.0
@@ -66,7 +69,7 @@ def moves() -> Iterator[Move]:
         yield Move(light=UNIT * axis)
     yield Move(values=1)
     yield Move(values=2)
-    for part in ("reflectance", "roots", "albedo"):
+    for part in PARTS:
         yield Move(part=part)
 
 

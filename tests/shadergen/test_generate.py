@@ -1,0 +1,183 @@
+"""Generating source for every target, and what comes with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import MaterialX as mx
+import pytest
+
+from mrm_mtlx.library import DataLibrary, Origin
+from mrm_mtlx.shadergen import TARGETS, GenerationError, available_targets, generate, renderable_elements
+from mrm_mtlx.shadergen.targets import Target
+
+NODES = ("dielectric", "conductor", "generalized_schlick")
+HARDWARE = tuple(name for name, target in TARGETS.items() if target.hardware)
+OTHERS = tuple(name for name, target in TARGETS.items() if not target.hardware)
+
+by_node = pytest.mark.parametrize("node", NODES)
+by_flag = pytest.mark.parametrize("flag", ["true", "false"])
+
+
+@pytest.fixture(scope="module")
+def shader(surface_document, library):
+    """Function from a node, the flag and a target to the generated shader."""
+
+    def make(node: str, flag: str, target: str, data: DataLibrary = library):
+        document = surface_document(
+            f'<{node}_bsdf name="bsdf" type="BSDF">'
+            f'<input name="retroreflective" type="boolean" value="{flag}"/></{node}_bsdf>',
+            data,
+        )
+        (element,) = renderable_elements(document)
+        return generate(element, target, data)
+
+    return make
+
+
+def test_the_installed_materialx_generates_all_eight_targets():
+    assert available_targets() == ("glsl", "essl", "vulkan", "msl", "slang", "wgsl", "osl", "mdl")
+
+
+@by_node
+@by_flag
+@pytest.mark.parametrize("target", HARDWARE)
+def test_the_glsl_family_gets_the_wrapper(shader, node, flag, target):
+    made = shader(node, flag, target)
+    assert set(made.sources) == set(TARGETS[target].suffixes)
+    pixel = made.sources["pixel"]
+    assert pixel.count(f"void mrm_{node}_bsdf(") == 1
+    # Called for a light, for the environment and, unless it is known to reflect only, for transmission.
+    assert pixel.count(f"mrm_{node}_bsdf(closureData, ") == (2 if node == "conductor" else 3)
+    assert pixel.count("ClosureData mrm_mirror_view(") == 1
+    # The standard function is called by the wrapper alone, with its own flag off.
+    assert pixel.count(f"mx_{node}_bsdf(") == 2
+    assert f"mx_{node}_bsdf(mirrored, " in pixel
+
+
+@by_node
+@pytest.mark.parametrize("target", HARDWARE)
+def test_the_upstream_library_has_no_wrapper(shader, upstream_library, node, target):
+    pixel = shader(node, "true", target, upstream_library).sources["pixel"]
+    assert "mrm_" not in pixel
+    assert f"mx_{node}_bsdf(closureData, " in pixel
+
+
+@by_node
+@by_flag
+@pytest.mark.parametrize("target", OTHERS)
+def test_targets_of_other_families_generate_with_the_stock_implementation(shader, node, flag, target):
+    pixel = shader(node, flag, target).sources["pixel"]
+    assert "mrm_" not in pixel
+    assert node in pixel
+
+
+@by_node
+@by_flag
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_same_document_gives_the_same_bytes(shader, node, flag, target):
+    assert shader(node, flag, target) == shader(node, flag, target)
+
+
+@by_node
+@pytest.mark.parametrize("target", HARDWARE)
+def test_the_flag_reaches_the_shaders_interface(shader, node, target):
+    for flag, value in (("true", True), ("false", False)):
+        ports = {port.path: port for port in shader(node, flag, target).uniforms}
+        port = ports["bsdf/retroreflective"]
+        assert bool(port.value) is value
+        # WGSL knows no booleans in uniforms, and MaterialX makes them integers there.
+        assert port.type == ("integer" if target == "wgsl" else "boolean")
+
+
+@pytest.mark.parametrize("target", ["glsl", "essl"])
+def test_uniforms_carry_their_values_types_and_paths(shader, target):
+    ports = {port.variable: port for port in shader("conductor", "true", target).uniforms}
+    extinction = ports["bsdf_extinction"]
+    assert (extinction.type, extinction.path) == ("color3", "bsdf/extinction")
+    # As float32 holds them, which is what the shader gets.
+    assert extinction.value == tuple(mx.Color3(3.424, 2.346, 1.770).asTuple())
+    assert ports["u_envMatrix"].value is not None
+    assert len(ports["u_envMatrix"].value) == 16
+    assert ports["u_viewPosition"].value is None
+    assert not [name for name in ports if name.startswith("u_lightData")]
+
+
+def test_inputs_name_what_varies_over_the_surface(shader):
+    for target, block in (("glsl", "vd"), ("essl", "")):
+        made = shader("conductor", "true", target)
+        assert {port.variable for port in made.inputs} == {"normalWorld", "tangentWorld", "positionWorld"}
+        assert made.input_block == block
+        assert all(f"{block}.{port.variable}".lstrip(".") in made.sources["pixel"] for port in made.inputs)
+    assert shader("conductor", "true", "osl").inputs == ()
+
+
+def test_lights_and_environment_have_their_place_in_the_shader(shader):
+    pixel = shader("conductor", "true", "glsl").sources["pixel"]
+    assert "u_lightData[" in pixel
+    assert "u_envRadianceSamples" in pixel  # filtered importance sampling
+    assert "mx_directional_light(light" in pixel
+    assert "mx_point_light(light" in pixel
+
+
+def test_renderable_elements_are_materials_and_loose_shaders(make_document):
+    assert renderable_elements(make_document("")) == []
+    surfaces = "".join(f'<surface name="{name}" type="surfaceshader"/>' for name in "ab")
+    materials = "".join(
+        f'<surfacematerial name="{m}" type="material">'
+        f'<input name="surfaceshader" type="surfaceshader" nodename="{s}"/></surfacematerial>'
+        for m, s in (("second", "b"), ("first", "a"))
+    )
+    # In the order of the file, not of the names.
+    assert [e.getName() for e in renderable_elements(make_document(surfaces + materials))] == ["second", "first"]
+
+
+# An implementation whose source file does not exist.
+BROKEN = """
+<nodedef name="ND_broken_bsdf" node="broken_bsdf"><output name="out" type="BSDF"/></nodedef>
+<implementation name="IM_broken" nodedef="ND_broken_bsdf" function="f" file="no_such_file.glsl" target="genglsl"/>
+<implementation name="IM_broken_osl" nodedef="ND_broken_bsdf" function="f" file="no_such_file.osl" target="genosl"/>
+<broken_bsdf name="bsdf" type="BSDF"/>
+"""
+
+
+@pytest.mark.parametrize("target", ["glsl", "essl", "msl", "slang", "osl"])
+def test_a_missing_source_file_is_a_generation_error_with_materialxs_words(surface_document, library, target):
+    document = surface_document(BROKEN)
+    with pytest.raises(GenerationError, match="no_such_file"):
+        generate(document.getNode("m"), target, library)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_node_without_implementation_is_a_generation_error(make_document, library, target):
+    document = make_document(
+        '<unheard_of name="bsdf" type="BSDF"/>'
+        '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf"/></surface>'
+    )
+    with pytest.raises(GenerationError, match="bsdf"):
+        generate(document.getNode("s"), target, library)
+
+
+def test_an_element_that_is_no_surface_is_a_generation_error(make_document, library):
+    document = make_document('<nodegraph name="empty"/>')
+    with pytest.raises(GenerationError, match=r"\S"):
+        generate(document.getNodeGraph("empty"), "glsl", library)
+
+
+def test_an_unknown_target_is_a_key_error(surface_document, library):
+    with pytest.raises(KeyError, match="hlsl"):
+        generate(surface_document('<conductor_bsdf name="bsdf" type="BSDF"/>').getNode("m"), "hlsl", library)
+
+
+def test_a_target_that_this_materialx_lacks_is_an_import_error_with_its_name():
+    with pytest.raises(ImportError, match="no generator for later"):
+        Target("later", "PyMaterialXGenGlsl", "LaterShaderGenerator", True, {}).create()
+    with pytest.raises(ImportError, match="PyMaterialXGenLater"):
+        replace(TARGETS["glsl"], module="PyMaterialXGenLater").create()
+
+
+def test_the_libraries_are_not_changed_by_generating(shader, library, upstream_library):
+    before = mx.writeToXmlString(library.document)
+    shader("conductor", "true", "glsl")
+    assert mx.writeToXmlString(library.document) == before
+    assert (library.origin, upstream_library.origin) == (Origin.MRM, Origin.UPSTREAM)
