@@ -132,7 +132,9 @@ def reflectance_xyz(
     brewster = 1.0 / np.sqrt(1.0 + eta * eta)  # cos(atan(eta))
     phase_top_parallel = np.where(c < brewster, 0.0, np.pi)
     parallel = _airy(top_parallel, substrate.parallel, path, phase_top_parallel + substrate.phase_parallel, rounding)
-    perpendicular = _airy(top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular, rounding)
+    perpendicular = _airy(
+        top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular, rounding
+    )
     return 0.5 * (parallel + perpendicular)
 
 

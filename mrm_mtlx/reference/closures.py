@@ -87,6 +87,7 @@ def transparent() -> Closure:
 
 def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Closure:
     """`conductor_bsdf` for one light. Opaque: throughput 0, also at weight 0."""
+
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
         return conductor_reflectance(c, ior, extinction, *film, rounding=light.rounding)
@@ -171,9 +172,7 @@ def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
 
 def add(first: Closure, second: Closure) -> Closure:
     """The sum of two BSDFs; their albedos add, so the throughput is t1 + t2 - 1, not below 0."""
-    return Closure(
-        first.response + second.response, np.maximum(first.throughput + second.throughput - 1.0, 0.0)
-    )
+    return Closure(first.response + second.response, np.maximum(first.throughput + second.throughput - 1.0, 0.0))
 
 
 def multiply(closure: Closure, factor: Array) -> Closure:

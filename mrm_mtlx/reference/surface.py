@@ -400,4 +400,3 @@ _COLOR_SPACES: dict[str, Any] = {
     "lin_rec709": lambda value: value,
     "srgb_texture": _srgb,
 }
-

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.engines.gl import DirectionalLight, Lighting, SurfaceProgram
+from mrm_mtlx.engines.gl import DirectionalLight, Lighting
 from mrm_mtlx.validation.sampling import local_directions
 
 if TYPE_CHECKING:
@@ -15,19 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from mrm_mtlx.engines.gl import SurfaceProgram
     from mrm_mtlx.reference import ShadingPoints, Tolerance
-    from mrm_mtlx.shadergen import Shader
-
-# Components of the shader inputs that the samples do not have; they are given zeros.
-_COMPONENTS = {
-    "float": 1,
-    "integer": 1,
-    "vector2": 2,
-    "vector3": 3,
-    "vector4": 4,
-    "color3": 3,
-    "color4": 4,
-}
 
 
 @dataclass(frozen=True)
@@ -65,31 +54,11 @@ class Comparison:
 
 
 def draw(
-    program: SurfaceProgram, shader: Shader, points: ShadingPoints, uniforms: Mapping[str, Any] | None = None
+    program: SurfaceProgram, points: ShadingPoints, uniforms: Mapping[str, Any] | None = None
 ) -> NDArray[np.float32]:
     """Colours that the shader gives for the samples under one directional light of unit irradiance, (samples, 3)."""
-    lighting = Lighting(DirectionalLight(tuple(points.light)))
-    return program.draw(shader_inputs(shader, points), lighting, uniforms)[:, :3]
-
-
-def shader_inputs(shader: Shader, points: ShadingPoints) -> dict[str, NDArray[np.floating]]:
-    """The samples under the names that generated shaders use; what a sample does not have is zero."""
-    count = len(points)
-    bitangent = np.cross(points.normal, points.tangent)
-    inputs: dict[str, NDArray[np.floating]] = {}
-    for space in ("World", "Object"):
-        inputs |= {
-            f"position{space}": points.position,
-            f"normal{space}": points.normal,
-            f"tangent{space}": points.tangent,
-            f"bitangent{space}": bitangent,
-        }
-    inputs |= {f"texcoord_{i}": points.texcoord for i in range(8)}
-    inputs |= {f"color_{i}": np.ones((count, 4)) for i in range(8)}
-    inputs |= {f"i_geomprop_{name}": value for name, value in points.properties.items()}
-    for port in shader.inputs:
-        inputs.setdefault(port.variable, np.zeros((count, _COMPONENTS.get(port.type, 1))))
-    return inputs
+    inputs = program.surface_inputs(points.position, points.normal, points.tangent, points.texcoord, points.properties)
+    return program.draw(inputs, Lighting(DirectionalLight(tuple(points.light))), uniforms)[:, :3]
 
 
 def compare(found: NDArray[np.floating], tolerance: Tolerance, points: ShadingPoints) -> Comparison:

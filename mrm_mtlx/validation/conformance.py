@@ -196,9 +196,7 @@ _RANGES: Mapping[str, Mapping[str, Callable[[np.random.Generator, int], Array]]]
 }
 
 
-def _run_case(
-    case: Case, targets: Sequence[str], samples: int, seed: int, origin: Origin
-) -> Iterator[CaseResult]:
+def _run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin: Origin) -> Iterator[CaseResult]:
     library = load_library(origin)
     document = case_document(case, library.document)
     element = renderable_elements(document)[0]
@@ -211,7 +209,7 @@ def _run_case(
     for target in targets:
         shader = generate(element, target, library)
         with gl.SurfaceProgram(shader) as program:
-            found = [draw(program, shader, points) for points, _ in batches]
+            found = [draw(program, points) for points, _ in batches]
         yield CaseResult(case, target, "gl", _merge(found, batches), None)
 
 

@@ -113,6 +113,7 @@ class _ElementCheck:
         self._findings: list[Finding] = []
         self._reason = ""
         self._tolerance: Tolerance | None = None
+        self._ignoring: dict[str, set[str]] = {}
         self._points: ShadingPoints
 
     def run(self) -> list[Finding]:
@@ -120,6 +121,10 @@ class _ElementCheck:
         self._evaluate_reference()
         for target in self._request.targets:
             self._renderable.targets[target] = self._check_target(target)
+        if self._ignoring:
+            targets = ", ".join(target for target in self._request.targets if target in self._ignoring)
+            names = ", ".join(sorted(set().union(*self._ignoring.values())))
+            self._report("SHADER_IGNORES_RETRO", f"{targets}: the code does not depend on the flag of {names}")
         return self._findings
 
     def _report(self, code: str, message: str) -> None:
@@ -157,10 +162,9 @@ class _ElementCheck:
         except GenerationError as error:
             self._report("SHADER_GENERATE", f"{target}: {error}")
             return TargetResult("generate", "fail")
-        ignoring = [n.getName() for n in self._flags if ignores_flag(shader, n.getName())]
+        ignoring = {str(n.getName()) for n in self._flags if ignores_flag(shader, n.getName())}
         if ignoring:
-            names = ", ".join(sorted(ignoring))
-            self._report("SHADER_IGNORES_RETRO", f"{target}: the code does not depend on the flag of {names}")
+            self._ignoring[target] = ignoring
         if target in GL_TARGETS:
             return self._run_in_gl(shader)
         return self._compile(shader)
@@ -185,7 +189,7 @@ class _ElementCheck:
             return TargetResult("generate", "skip", f"{available.detail}; {available.remedy}")
         try:
             with gl.SurfaceProgram(shader, self._textures(shader)) as program:
-                found = draw(program, shader, self._points)
+                found = draw(program, self._points)
         except gl.CompileError as error:
             first = error.messages[0]
             where = f" at line {first.line}: {first.source}" if first.line else ""
@@ -208,6 +212,7 @@ class _ElementCheck:
             status="pass" if comparison.passed else "fail",
             samples=comparison.samples,
             max_error=comparison.max_error,
+            median_error=comparison.median_error,
             tolerance=comparison.tolerance,
             worst=comparison.worst,
         )
@@ -243,16 +248,26 @@ def describe(comparison: Comparison) -> str:
 def ignores_flag(shader: Shader, node_name: str) -> bool:
     """Whether the generated code does not depend on a node's retroreflective flag.
 
-    The flag is a variable that is declared and never read again; in MDL it is handed to a module that honours it from
-    version 1.11 on and marks it unused before.
+    The flag is a variable. It is ignored if it is declared and never read again, or handed to functions none of which
+    reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on and marks it unused before.
     """
     source = shader.sources["pixel"]
-    uses = len(re.findall(rf"\b(?:mxp_)?{re.escape(node_name)}_retroreflective\b", source))
     if shader.target == "mdl":
         versions = [int(v) for v in re.findall(r"materialx::pbrlib_1_(\d+)", source)]
         return max(versions, default=0) < 11
-    # WGSL names a uniform twice more, in a macro that turns the stored integer into a bool.
-    return uses <= (3 if shader.target == "wgsl" else 1)
+    flag = rf"\b{re.escape(node_name)}_retroreflective\b"
+    calls = re.findall(rf"(\w+)\s*\(([^;]*{flag}[^;]*)\)\s*;", source)
+    return not any(_reads_argument(source, function, arguments, flag) for function, arguments in calls)
+
+
+def _reads_argument(source: str, function: str, arguments: str, flag: str) -> bool:
+    """Whether a function that the source defines reads the parameter that the flag is given for."""
+    definition = re.search(rf"^\w[\w ]*\b{function}\s*\(([^)]*)\)\s*\{{(.*?)^\}}", source, re.MULTILINE | re.DOTALL)
+    if definition is None:  # built into the language: nothing is known against it
+        return True
+    index = next(i for i, argument in enumerate(arguments.split(",")) if re.search(flag, argument))
+    parameter = definition[1].split(",")[index].split()[-1]
+    return re.search(rf"\b{parameter}\b", definition[2]) is not None
 
 
 def _shape(facets: Any) -> sampling.LobeShape:

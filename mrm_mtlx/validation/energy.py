@@ -79,9 +79,7 @@ def _cosine_directions(rng: np.random.Generator) -> Array:
 def _lobe_directions(rng: np.random.Generator, v: Array, lobe: LobeShape) -> Array:
     u, phi = rng.random(SAMPLES), 2.0 * np.pi * rng.random(SAMPLES)
     radius = np.sqrt(u / (1.0 - u))
-    m = np.stack(
-        [radius * np.cos(phi) * lobe.alpha_x, radius * np.sin(phi) * lobe.alpha_y, np.ones(SAMPLES)], axis=1
-    )
+    m = np.stack([radius * np.cos(phi) * lobe.alpha_x, radius * np.sin(phi) * lobe.alpha_y, np.ones(SAMPLES)], axis=1)
     m /= np.linalg.norm(m, axis=1, keepdims=True)
     seen = mirror(v) if lobe.retroreflective else v
     return np.asarray(2.0 * (m @ seen)[:, None] * m - seen)

@@ -88,7 +88,9 @@ def _scan(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> None:
         place = f"{path.name} line {line}" if parents else f"line {line}"
         target = resolve_inside(href, path.parent, reading.root)
         if target is None:
-            raise ReadError(finding("READ_OUTSIDE", place, f"the include '{href}' lies outside the folder being checked"))
+            raise ReadError(
+                finding("READ_OUTSIDE", place, f"the include '{href}' lies outside the folder being checked")
+            )
         if target in chain:
             names = " -> ".join(p.name for p in (*chain[chain.index(target) :], target))
             raise ReadError(finding("READ_INCLUDE", place, f"the document includes itself: {names}"))

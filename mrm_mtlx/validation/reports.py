@@ -28,12 +28,12 @@ def exit_status(result: ValidationResult, *, strict: bool) -> int:
 def verdict(result: ValidationResult, *, strict: bool) -> str:
     """The last line of a text report."""
     word = {0: "PASSED", 1: "FAILED", 3: "NOTHING CHECKED"}[exit_status(result, strict=strict)]
-    reasons = Counter(
-        f"{target}: {r.reason}" for target, r in result.results() if r.status == "skip"
-    )
+    reasons = Counter(f"{target}: {r.reason}" for target, r in result.results() if r.status == "skip")
     skipped = f"{result.skipped} skipped"
     if reasons:
-        listed = [f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: (-item[1], item[0]))]
+        listed = [
+            f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
+        ]
         more = f"; {len(listed) - 4} more reasons" if len(listed) > 4 else ""
         skipped += f" ({'; '.join(listed[:4])}{more})"
     counts = [

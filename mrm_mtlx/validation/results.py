@@ -18,8 +18,8 @@ class TargetResult:
         Last stage reached: "read" (it never got to a generator), "generate", "compile" or "compare".
     status
         "pass", "fail" or "skip"; a skip has a `reason`.
-    samples, max_error, tolerance, worst
-        Of the comparison, where there was one.
+    samples, max_error, median_error, tolerance, worst
+        Of the comparison, where there was one; see `comparison.Comparison`.
     """
 
     stage: str
@@ -27,6 +27,7 @@ class TargetResult:
     reason: str | None = None
     samples: int | None = None
     max_error: float | None = None
+    median_error: float | None = None
     tolerance: float | None = None
     worst: dict[str, Any] | None = None
 

@@ -82,9 +82,7 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
                 continue
             requests.setdefault(
                 name,
-                Request(
-                    file, root, name, settings.targets, settings.samples, settings.seed, settings.origin
-                ),
+                Request(file, root, name, settings.targets, settings.samples, settings.seed, settings.origin),
             )
     return missing, list(requests.values())
 

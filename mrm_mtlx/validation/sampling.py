@@ -40,9 +40,7 @@ def generator(seed: int, name: str) -> np.random.Generator:
     return np.random.default_rng([seed, crc32(name.encode())])
 
 
-def sample_local(
-    rng: np.random.Generator, count: int, lobes: Sequence[LobeShape] = ()
-) -> tuple[Array, Array]:
+def sample_local(rng: np.random.Generator, count: int, lobes: Sequence[LobeShape] = ()) -> tuple[Array, Array]:
     """Directions v and l in the local frame, shape (count, 3).
 
     v: half uniform over the hemisphere, a quarter near the normal, a quarter grazing (n.v log-uniform down to 1e-3).

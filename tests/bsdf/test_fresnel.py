@@ -136,8 +136,10 @@ def test_a_metal_without_extinction_is_a_dielectric(ior):
 def test_reflectances_stay_between_nothing_and_everything(rng):
     cos_theta = np.concatenate([rng.uniform(0.0, 1.0, 4000), [0.0, 1.0]])
     ior, extinction = rng.uniform(0.01, 10.0, (2, len(cos_theta)))
-    for polarized in (fresnel.conductor_polarized(cos_theta, ior, extinction),
-                      fresnel.dielectric_polarized(cos_theta, ior)):
+    for polarized in (
+        fresnel.conductor_polarized(cos_theta, ior, extinction),
+        fresnel.dielectric_polarized(cos_theta, ior),
+    ):
         parallel, perpendicular = polarized
         assert np.min(parallel) > -REFLECTANCE_TOL
         assert np.max(perpendicular) < 1.0 + REFLECTANCE_TOL

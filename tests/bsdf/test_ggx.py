@@ -134,9 +134,7 @@ def test_a_lambda_with_exchanged_widths_is_seen(polar):
 def test_masking_lies_between_nothing_and_everything(rng, hemisphere):
     v, l = hemisphere(rng, 4000), hemisphere(rng, 4000)
     alpha_x, alpha_y = rng.uniform(1e-8, 1.0, (2, 4000))
-    g2 = ggx.masking_shadowing(
-        ggx.smith_lambda(*v.T, alpha_x, alpha_y), ggx.smith_lambda(*l.T, alpha_x, alpha_y)
-    )
+    g2 = ggx.masking_shadowing(ggx.smith_lambda(*v.T, alpha_x, alpha_y), ggx.smith_lambda(*l.T, alpha_x, alpha_y))
     assert np.all((g2 > 0.0) & (g2 <= 1.0))
     # Not a constant: grazing rays on rough ground are masked, perpendicular ones are not.
     assert g2.min() < DARK

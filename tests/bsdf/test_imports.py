@@ -41,6 +41,8 @@ def test_the_optics_import_numpy_and_the_standard_library_alone():
     assert all(name.startswith("mrm_mtlx.bsdf") for name in modules)
 
 
-@pytest.mark.parametrize(("module", "foreign"), [("mrm_mtlx.library", "MaterialX"), ("mrm_mtlx.reference", "MaterialX")])
+@pytest.mark.parametrize(
+    ("module", "foreign"), [("mrm_mtlx.library", "MaterialX"), ("mrm_mtlx.reference", "MaterialX")]
+)
 def test_a_foreign_package_is_seen(module, foreign):
     assert foreign in imported(module)[0]

@@ -277,9 +277,7 @@ GRID_TOL = 1e-5
 def test_a_retroreflective_lobe_has_the_albedo_of_the_ordinary_one(hemisphere_grid, polar, name, cos_v):
     v = polar(np.arccos(cos_v), 0.5)
     lobe = replace(LOBES[name], alpha=(0.5, 0.3))
-    ordinary, retro = (
-        albedo_of(replace(lobe, retroreflective=flag), v, hemisphere_grid()) for flag in (False, True)
-    )
+    ordinary, retro = (albedo_of(replace(lobe, retroreflective=flag), v, hemisphere_grid()) for flag in (False, True))
     np.testing.assert_allclose(retro, ordinary, rtol=0.0, atol=GRID_TOL)
     assert np.min(ordinary) > GRID_TOL
 

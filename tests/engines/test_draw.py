@@ -107,7 +107,9 @@ def test_a_point_light_lights_from_where_it_stands(program, surface_document, su
     assert shading((0.0, 0.0, -5.0)) == pytest.approx(0.0, abs=UNIT)
 
 
-@pytest.mark.xfail(strict=True, reason="MaterialX's point light falls as 1 / (distance + 1)^2, the class says otherwise")
+@pytest.mark.xfail(
+    strict=True, reason="MaterialX's point light falls as 1 / (distance + 1)^2, the class says otherwise"
+)
 def test_a_point_light_falls_with_the_square_of_the_distance(program, surface_document, surface_inputs):
     linked = program(surface_document(LAMBERT))
     inputs = {**surface_inputs([0.0, 0.0, 1.0]), "i_geomprop_paint": np.ones((1, 3))}
@@ -216,14 +218,18 @@ INTEGER = """
         pytest.param(
             "essl",
             marks=pytest.mark.xfail(
-                strict=True, raises=CompileError, reason="the vertex stage writes 'out flat int', ESSL wants 'flat out int'"
+                strict=True,
+                raises=CompileError,
+                reason="the vertex stage writes 'out flat int', ESSL wants 'flat out int'",
             ),
         ),
     ],
 )
 def test_integers_reach_the_shader(program, make_document, target):
     counts = np.array([-3, 0, 7, 2**24])
-    drawn = program(make_document(INTEGER), element="lamp", target=target).draw({"i_geomprop_count": counts}, Lighting())
+    drawn = program(make_document(INTEGER), element="lamp", target=target).draw(
+        {"i_geomprop_count": counts}, Lighting()
+    )
     assert np.array_equal(drawn[:, 0], counts)
 
 

@@ -72,9 +72,7 @@ def test_an_ordinary_surface_sees_what_lies_in_the_mirror_direction(seen, node):
 
 
 def test_a_surface_that_retroreflects_lights_but_not_surroundings_is_seen(seen):
-    behind, mirrored = seen(
-        "conductor", "true", old=" || closureData.closureType == CLOSURE_TYPE_INDIRECT", new=""
-    )
+    behind, mirrored = seen("conductor", "true", old=" || closureData.closureType == CLOSURE_TYPE_INDIRECT", new="")
     assert not behind > CONTRAST * mirrored
 
 

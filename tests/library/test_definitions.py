@@ -38,9 +38,7 @@ def differences(ours: mx.Document, upstream: mx.Document) -> list[str]:
         if stock is None:
             found.append(f"{name}: unknown upstream")
             continue
-        found += [
-            f"{name}: {a}" for a in DEFINITION if definition.getAttribute(a) != stock.getAttribute(a)
-        ]
+        found += [f"{name}: {a}" for a in DEFINITION if definition.getAttribute(a) != stock.getAttribute(a)]
         for kind, get in (("inputs", mx.NodeDef.getActiveInputs), ("outputs", mx.NodeDef.getActiveOutputs)):
             mine, theirs = get(definition), get(stock)
             if [p.getName() for p in mine] != [p.getName() for p in theirs]:
@@ -117,9 +115,7 @@ def undocumented(document: mx.Document) -> list[str]:
             place = f"{definition.getName()}/{port.getName()}"
             found += [f"{place}: {a}" for a in ("doc", "uiname") if not port.getAttribute(a)]
             if port.getType() in NUMERIC:
-                low, high = (
-                    port.getAttribute(f"ui{x}") or port.getAttribute(f"uisoft{x}") for x in ("min", "max")
-                )
+                low, high = (port.getAttribute(f"ui{x}") or port.getAttribute(f"uisoft{x}") for x in ("min", "max"))
                 if not (low and high):
                     found.append(f"{place}: range")
     return found

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 # Width of the float image that holds one sample per pixel; below every driver's texture limit.
 _ROW = 2048
 
+# How generated code names geometric properties.
+_PROPERTY = "i_geomprop_"
+
 # The standard environment orientation of MaterialX's viewers would turn images by half a turn; ours are as they lie.
 _IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
 
@@ -111,6 +114,34 @@ class SurfaceProgram:
     def input_names(self) -> tuple[str, ...]:
         """Variables that vary per sample and that `draw` wants values for."""
         return tuple(port.variable for port in self._shader.inputs)
+
+    def surface_inputs(
+        self,
+        position: NDArray[np.floating],
+        normal: NDArray[np.floating],
+        tangent: NDArray[np.floating],
+        texcoord: NDArray[np.floating],
+        properties: Mapping[str, NDArray[np.floating]] | None = None,
+    ) -> dict[str, NDArray[np.floating]]:
+        """Inputs for `draw` from points of a surface, under the names that MaterialX gives them.
+
+        World and object space are the same; every set of texture coordinates is `texcoord`, every vertex colour white;
+        geometric properties that are not given are zero. Shapes (samples, 3), texcoord (samples, 2).
+        """
+        count = len(position)
+        frame = {"position": position, "normal": normal, "tangent": tangent, "bitangent": np.cross(normal, tangent)}
+        inputs: dict[str, NDArray[np.floating]] = {
+            f"{name}{space}": value for name, value in frame.items() for space in ("World", "Object")
+        }
+        for port in self._shader.inputs:
+            if port.variable.startswith("texcoord_"):
+                inputs[port.variable] = texcoord
+            elif port.variable.startswith("color_"):
+                inputs[port.variable] = np.ones((count, COMPONENTS[port.type]))
+            elif port.variable.startswith(_PROPERTY):
+                empty = np.zeros((count, COMPONENTS[port.type]))
+                inputs[port.variable] = (properties or {}).get(port.variable.removeprefix(_PROPERTY), empty)
+        return inputs
 
     def draw(
         self,

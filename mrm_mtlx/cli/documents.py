@@ -1,0 +1,54 @@
+"""Opening a document for the commands that work on one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from mrm_mtlx.library import DataLibrary
+
+
+def open_document(path: Path, library: DataLibrary, element: str | None) -> list[Any]:
+    """The renderable elements of a document, or the one that is named.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the named element does not exist, or the path is a folder.
+    typer.Exit
+        With status 1 and the findings on stderr, if the document cannot be read or is broken; with 3, if it has nothing
+        to render.
+    """
+    from mrm_mtlx.shadergen import renderable_elements
+    from mrm_mtlx.validation.findings import Severity, finding
+    from mrm_mtlx.validation.graph_checks import check_graph
+    from mrm_mtlx.validation.reading import ReadError, read_document
+
+    if path.is_dir():
+        raise typer.BadParameter(f"{path} is a folder; name one document", param_hint="PATH")
+    document = None
+    if not path.exists():
+        findings = [finding("READ_MISSING", "", f"'{path}' does not exist")]
+    else:
+        try:
+            document, findings = read_document(path, path.parent, library)
+            findings = findings + check_graph(document, path.parent, path.parent)
+        except ReadError as error:
+            findings = [error.finding]
+    for found in findings:
+        place = f" {found.location}" if found.location else ""
+        typer.echo(f"{found.severity} {found.code}{place}: {found.message}\n    {found.hint}", err=True)
+    if document is None or any(f.severity is Severity.ERROR for f in findings):
+        raise typer.Exit(1)
+    elements = renderable_elements(document)
+    names = [e.getNamePath() for e in elements]
+    if element is not None and element not in names:
+        raise typer.BadParameter(f"{element}: expected one of {', '.join(names)}", param_hint="--element")
+    if not elements:
+        typer.echo(f"{path} has nothing to render", err=True)
+        raise typer.Exit(3)
+    return [e for e, name in zip(elements, names, strict=True) if element in (None, name)]

@@ -1,0 +1,54 @@
+"""`mrm generate`: shader source for a target."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mrm_mtlx.cli.options import Implementation, Library
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(generate)
+
+
+def generate(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="A document.")],
+    target: Annotated[str, typer.Option("--target", metavar="NAME", help="Shading language.")] = "glsl",
+    element: Annotated[
+        str | None, typer.Option("--element", metavar="NAME", help="Only this renderable element.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write one file per stage into this folder.")
+    ] = None,
+    library: Library = Implementation.MRM,
+) -> None:
+    """Print the generated source of a document's surfaces, or write it to files."""
+    from mrm_mtlx.cli.documents import open_document
+    from mrm_mtlx.cli.options import chosen_targets
+    from mrm_mtlx.library import Origin, load_library
+    from mrm_mtlx.shadergen import TARGETS, GenerationError, available_targets
+    from mrm_mtlx.shadergen import generate as generate_shader
+
+    chosen_targets([target], available_targets())
+    data = load_library(Origin(library.value))
+    for renderable in open_document(path, data, element):
+        try:
+            shader = generate_shader(renderable, target, data)
+        except GenerationError as error:
+            typer.echo(f"error SHADER_GENERATE /{renderable.getNamePath()}: {error}", err=True)
+            raise typer.Exit(1) from error
+        for stage, suffix in TARGETS[target].suffixes.items():
+            if output is None:
+                typer.echo(shader.sources[stage])
+                continue
+            file = output / f"{renderable.getNamePath().replace('/', '_')}{suffix}"
+            try:
+                output.mkdir(parents=True, exist_ok=True)
+                file.write_text(shader.sources[stage], encoding="utf-8")
+            except OSError as error:
+                raise typer.BadParameter(f"{file}: {error.strerror}", param_hint="--output") from error
+            typer.echo(f"wrote {file}", err=True)

@@ -1,0 +1,46 @@
+"""`mrm library`: where the node library is, and how other hosts get it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command and its sub-command."""
+    group = typer.Typer(help="Print where the node library is; `mrm library install DIR` copies it for other hosts.")
+    group.callback(invoke_without_command=True)(show)
+    group.command()(install)
+    app.add_typer(group, name="library")
+
+
+def show(
+    context: typer.Context,
+    materials: Annotated[bool, typer.Option("--materials", help="Print the folder of the ready materials.")] = False,
+) -> None:
+    """Print the folder of the node library: a search path for MaterialX hosts."""
+    if context.invoked_subcommand is None:
+        from mrm_mtlx.library.paths import materials_folder, node_library_folder
+
+        typer.echo(materials_folder() if materials else node_library_folder())
+
+
+def install(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to install into; created if missing.")],
+) -> None:
+    """Copy the node library to DIR/mrm."""
+    from mrm_mtlx.library.paths import install_library
+
+    try:
+        files = install_library(folder)
+    except OSError as error:
+        raise typer.BadParameter(f"{folder} cannot be written: {error.strerror or error}", param_hint="DIR") from error
+    for file in files:
+        typer.echo(file)
+    typer.echo(
+        f"Load it before the standard library: search path '{folder}', library folder 'mrm'; for example "
+        f"generateshader --path {folder} --library mrm ...",
+        err=True,
+    )

@@ -1,0 +1,70 @@
+"""The command `mrm`: registers the commands and turns what escapes them into exit statuses."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from mrm_mtlx import __version__
+from mrm_mtlx.cli import conformance, doctor, generate, library, render, rules, validate
+
+app = typer.Typer(
+    name="mrm",
+    help="Retroreflective materials in MaterialX: check them, run them, look at them.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain help starts in half the time
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+for command in (validate, conformance, generate, render, rules, doctor, library):
+    command.register(app)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"mrm {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Retroreflective materials in MaterialX: check them, run them, look at them."""
+
+
+def run() -> None:
+    """Entry point. Exit status: 0 clean, 1 findings, 2 usage or internal error, 3 nothing checked, 130 interrupted."""
+    try:
+        status = app(standalone_mode=False)
+    except typer.Abort:  # what the command-line library makes of an interrupt
+        status = 130
+    except KeyboardInterrupt:
+        status = 130
+    except BrokenPipeError:
+        # The reader of our output went away (`mrm ... | head`): nothing is wrong, and nothing can be written.
+        sys.stderr.close()
+        status = 0
+    except Exception as error:
+        status = _report(error)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _report(error: Exception) -> int:
+    """Show a usage error as such, anything else as an internal error in one line."""
+    if hasattr(error, "show") and hasattr(error, "exit_code"):
+        error.show()
+        return int(error.exit_code)
+    message = str(error).strip().splitlines()[0] if str(error).strip() else "no message"
+    print(f"mrm: internal error: {type(error).__name__}: {message}", file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    run()

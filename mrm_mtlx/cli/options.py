@@ -1,0 +1,76 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+
+class Format(StrEnum):
+    """Report formats."""
+
+    TEXT = "text"
+    JSON = "json"
+    JUNIT = "junit"
+    GITHUB = "github"
+
+
+class TableFormat(StrEnum):
+    """Formats of commands that print one table."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
+class Implementation(StrEnum):
+    """Whose implementation of the flag is used; the values of library.Origin, without importing MaterialX."""
+
+    MRM = "mrm"
+    UPSTREAM = "upstream"
+
+
+Targets: TypeAlias = Annotated[
+    list[str] | None, typer.Option("--target", metavar="NAME", help="Shading language; repeatable. Default: all.")
+]
+Output: TypeAlias = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Write the report to this file instead of stdout.")
+]
+Samples: TypeAlias = Annotated[int, typer.Option("--samples", min=16, max=1 << 22, help="Samples per comparison.")]
+Seed: TypeAlias = Annotated[int, typer.Option("--seed", min=0, help="Seed of all random numbers.")]
+Library: TypeAlias = Annotated[
+    Implementation, typer.Option("--library", help="Whose implementation of the flag: this project's or MaterialX's.")
+]
+
+
+def chosen_targets(names: list[str] | None, allowed: tuple[str, ...]) -> tuple[str, ...]:
+    """The targets asked for, or all; unknown ones are a usage error.
+
+    Raises
+    ------
+    typer.BadParameter
+        If a target is not among the allowed.
+    """
+    unknown = [name for name in names or () if name not in allowed]
+    if unknown:
+        raise typer.BadParameter(f"{', '.join(unknown)}: expected one of {', '.join(allowed)}", param_hint="--target")
+    return tuple(dict.fromkeys(names)) if names else allowed
+
+
+def write_report(text: str, output: Path | None) -> None:
+    """Print a report, or write it to a file.
+
+    Raises
+    ------
+    typer.BadParameter
+        If the file cannot be written.
+    """
+    if output is None:
+        typer.echo(text)
+        return
+    try:
+        output.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise typer.BadParameter(f"{output} cannot be written: {error.strerror}", param_hint="--output") from error

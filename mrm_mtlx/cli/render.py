@@ -1,0 +1,94 @@
+"""`mrm render`: a picture of a material."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from mrm_mtlx.cli.options import Implementation, Library
+
+
+class ShapeName(StrEnum):
+    """Shapes that can be rendered."""
+
+    SPHERE = "sphere"
+    PLANE = "plane"
+    CONE = "cone"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(render)
+
+
+def render(
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="A document.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="IMAGE", help="A .png or .exr file.")],
+    shape: Annotated[ShapeName, typer.Option("--shape", help="What carries the material.")] = ShapeName.SPHERE,
+    light: Annotated[
+        str, typer.Option("--light", metavar="headlight|DEGREES", help="At the eye, or at this angle from it.")
+    ] = "headlight",
+    environment: Annotated[
+        Path | None, typer.Option("--environment", metavar="IMAGE", help="Latitude-longitude image that surrounds it.")
+    ] = None,
+    compare: Annotated[
+        bool,
+        typer.Option(
+            "--compare", help="Four panels: ordinary and retroreflective, each lit from the eye and from aside."
+        ),
+    ] = False,
+    size: Annotated[int, typer.Option("--size", min=16, max=4096, help="Width and height of a panel in pixels.")] = 384,
+    exposure: Annotated[
+        float | None, typer.Option("--exposure", help="Stops over a white diffuser; default: fitted to the picture.")
+    ] = None,
+    element: Annotated[
+        str | None, typer.Option("--element", metavar="NAME", help="Renderable element; default: the first.")
+    ] = None,
+    library: Library = Implementation.MRM,
+) -> None:
+    """Render a material on a sphere, plane or cone under a headlight or a light at an angle."""
+    from mrm_mtlx.cli.documents import open_document
+    from mrm_mtlx.engines import gl
+    from mrm_mtlx.engines.gl.textures import read_image
+    from mrm_mtlx.library import Origin, load_library
+    from mrm_mtlx.render import picture
+
+    if output.suffix.lower() not in (".png", ".exr"):
+        raise typer.BadParameter(f"{output}: expected a name that ends in .png or .exr", param_hint="--output")
+    available = gl.availability()
+    if not available.available:
+        typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)
+        raise typer.Exit(2)
+    data = load_library(Origin(library.value))
+    renderable = open_document(path, data, element)[0]
+    try:
+        surroundings = None if environment is None else read_image(environment)
+        panels = picture.render(
+            renderable,
+            data,
+            path.parent,
+            picture.Settings(shape.value, _light_angle(light), size, surroundings, compare),
+        )
+        picture.write(panels, output, exposure)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    except gl.CompileError as error:
+        typer.echo(f"error SHADER_COMPILE: {error}", err=True)
+        raise typer.Exit(1) from error
+    typer.echo(f"wrote {output}", err=True)
+
+
+def _light_angle(text: str) -> float | None:
+    """Angle of the light from the eye in degrees, None for the headlight."""
+    if text == "headlight":
+        return None
+    try:
+        angle = float(text)
+    except ValueError:
+        raise typer.BadParameter(f"'{text}': expected headlight or an angle in degrees", param_hint="--light") from None
+    if not -180.0 <= angle <= 180.0:
+        raise typer.BadParameter(f"{text}: expected an angle from -180 to 180 degrees", param_hint="--light")
+    return angle

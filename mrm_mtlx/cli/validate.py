@@ -1,0 +1,141 @@
+"""`mrm validate`: documents go in, verdicts come out."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Samples, Seed, Targets
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mrm_mtlx.validation.results import DocumentResult, TargetResult, ValidationResult
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command()(validate)
+
+
+def validate(
+    paths: Annotated[list[Path], typer.Argument(metavar="PATH...", help="Documents, or folders of documents.")],
+    target: Targets = None,
+    format: Annotated[Format, typer.Option("--format", help="Form of the report.")] = Format.TEXT,
+    output: Output = None,
+    select: Annotated[
+        list[str] | None,
+        typer.Option("--select", metavar="CODE", help="Only findings whose code starts so; repeatable."),
+    ] = None,
+    ignore: Annotated[
+        list[str] | None, typer.Option("--ignore", metavar="CODE", help="No findings whose code starts so; repeatable.")
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Warnings and skips count as failures.")] = False,
+    samples: Samples = 16384,
+    seed: Seed = 0,
+    jobs: Annotated[int, typer.Option("-j", "--jobs", min=0, help="Processes; 0 is one per processor.")] = 0,
+    timeout: Annotated[float, typer.Option("--timeout", min=0.1, help="Seconds that one document may take.")] = 300.0,
+    library: Library = Implementation.MRM,
+) -> None:
+    """Read, check, generate, compile, run and compare documents with the reference."""
+    from mrm_mtlx.bsdf.blocks import processors
+    from mrm_mtlx.cli.console import progress
+    from mrm_mtlx.cli.options import chosen_targets, write_report
+    from mrm_mtlx.library import Origin
+    from mrm_mtlx.shadergen import available_targets
+    from mrm_mtlx.validation import reports
+    from mrm_mtlx.validation.runner import Settings, validate
+
+    settings = Settings(
+        targets=chosen_targets(target, available_targets()),
+        samples=samples,
+        seed=seed,
+        origin=Origin(library.value),
+        jobs=jobs or processors(),
+        timeout_s=timeout,
+        select=_codes(select, "--select"),
+        ignore=_codes(ignore, "--ignore"),
+    )
+    with progress("checking") as report:
+        result = validate(paths, settings, report)
+    if format is Format.TEXT:
+        _print_text(result, output, strict=strict)
+    else:
+        form = {Format.JSON: reports.to_json, Format.JUNIT: reports.to_junit, Format.GITHUB: reports.to_github}
+        write_report(form[format](result), output)
+        typer.echo(reports.verdict(result, strict=strict), err=True)
+    raise typer.Exit(reports.exit_status(result, strict=strict))
+
+
+def _codes(codes: list[str] | None, option: str) -> tuple[str, ...]:
+    from mrm_mtlx.validation.catalogue import RULES
+
+    for code in codes or ():
+        if not any(rule.startswith(code) for rule in RULES):
+            raise typer.BadParameter(f"no rule starts with '{code}'; `mrm rules` lists them", param_hint=option)
+    return tuple(codes or ())
+
+
+def _print_text(result: ValidationResult, output: Path | None, *, strict: bool) -> None:
+    from mrm_mtlx.cli.console import console
+    from mrm_mtlx.cli.options import write_report
+    from mrm_mtlx.validation import reports
+
+    stream = None if output is None else io.StringIO()
+    screen = console(stream)
+    for document in result.documents:
+        _print_document(screen, document)
+    if any(r.median_error is not None for _, r in result.results()):
+        screen.print("Figures are median relative errors; every sample is held to its own tolerance.", style="dim")
+    verdict = reports.verdict(result, strict=strict)
+    screen.print(verdict, markup=False, style="bold")
+    if stream is not None:
+        write_report(stream.getvalue().rstrip(), output)
+        typer.echo(verdict, err=True)
+
+
+def _print_document(screen: Console, document: DocumentResult) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    screen.print(document.path, style="bold", markup=False)
+    colours = {"error": "red", "warning": "yellow"}
+    for found in document.findings:
+        line = Text.assemble(
+            "  ", (found.severity.value, colours[found.severity.value]), f" {found.code} {found.location}".rstrip()
+        )
+        screen.print(line)
+        screen.print(f"      {_printable(found.message)}", markup=False)
+        screen.print(f"      {found.hint}", markup=False, style="dim")
+    if document.renderables:
+        table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
+        table.add_column("  surface", no_wrap=True)
+        targets = list(document.renderables[0].targets)
+        for target in targets:
+            table.add_column(target, no_wrap=True)
+        for renderable in document.renderables:
+            cells = [_cell(renderable.targets[target]) for target in targets]
+            table.add_row(f"  {_printable(renderable.name)}", *cells)
+        screen.print(table)
+    screen.print()
+
+
+def _cell(result: TargetResult) -> str:
+    if result.status == "fail":
+        return f"[red]FAIL {result.stage}[/red]"
+    if result.status == "skip":
+        return "[dim]-[/dim]" if result.stage == "generate" else f"[dim]- {_SHORT[result.stage]}[/dim]"
+    if result.median_error is not None:
+        return f"[green]ok[/green] {result.median_error:.1e}"
+    return f"[green]ok[/green] {_SHORT[result.stage]}"
+
+
+_SHORT = {"compile": "compiled", "compare": "compared", "generate": "generated", "read": "not run"}
+
+
+def _printable(text: str) -> str:
+    """Text of a document without control characters, which could drive the terminal."""
+    return "".join(c if c.isprintable() else " " for c in text)

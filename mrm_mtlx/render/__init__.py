@@ -1,0 +1,1 @@
+"""Pictures: simple shapes, shaded point by point by the generated shader itself."""

@@ -1,0 +1,164 @@
+"""Renders a material: every pixel of a shape is one sample of the generated GLSL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
+from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.render import environment as surroundings
+from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
+from mrm_mtlx.shadergen import generate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.library import DataLibrary
+
+# Samples per pixel along each axis.
+_OVERSAMPLING = 2
+# Directions per sample of the shader's environment lookup.
+_ENVIRONMENT_SAMPLES = 16
+# Angle between light and eye in the "from aside" panels of a comparison [degrees].
+COMPARISON_DEGREES = 30.0
+# Radiance around the shape where there is no environment: dark, but not black, so that outlines show.
+_BACKDROP = 0.004
+_GAP = 4
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is rendered.
+
+    Attributes
+    ----------
+    shape
+        A name of `shapes.SHAPES`.
+    light_degrees
+        Angle of a directional light from the eye, to the right; None for a light at the eye.
+    size
+        Width and height of a panel in pixels.
+    environment
+        Latitude-longitude image, or None.
+    compare
+        Four panels instead of one: the ordinary and the retroreflective material, each lit from the eye and from aside.
+    """
+
+    shape: str
+    light_degrees: float | None
+    size: int
+    environment: NDArray[np.floating] | None
+    compare: bool
+
+
+def render(element: Any, library: DataLibrary, folder: Path, settings: Settings) -> Array:
+    """Linear radiance of the picture, (height, width, 3), oversampled; the light's irradiance at the shape is pi.
+
+    So a white diffuser that faces the light has radiance 1.
+
+    Raises
+    ------
+    CompileError
+        If the driver refuses the shader.
+    ValueError
+        If a texture cannot be read.
+    """
+    shader = generate(element, "glsl", library)
+    textures = {
+        port.variable: read_image(folder / port.value)
+        for port in shader.uniforms
+        if port.type == "filename" and port.value
+    }
+    flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
+    with SurfaceProgram(shader, textures) as program:
+        if not settings.compare:
+            return _panel(program, settings, {})
+        panels = [
+            _panel(program, replace(settings, light_degrees=angle), dict.fromkeys(flags, flag))
+            for flag in (False, True)
+            for angle in (None, settings.light_degrees or COMPARISON_DEGREES)
+        ]
+    gap = np.full((panels[0].shape[0], _GAP * _OVERSAMPLING, 3), _BACKDROP)
+    return np.concatenate([part for panel in panels for part in (panel, gap)][:-1], axis=1)
+
+
+def write(radiance: Array, path: Path, exposure: float | None) -> None:
+    """Write a picture: EXR holds the linear radiance, PNG a tone-mapped version.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be written.
+    """
+    import OpenImageIO as oiio
+
+    linear = path.suffix.lower() == ".exr"
+    pixels = _reduce(radiance if linear else tone_map(radiance, exposure))
+    height, width, _ = pixels.shape
+    spec = oiio.ImageSpec(width, height, 3, "half" if linear else "uint8")
+    spec.attribute("oiio:ColorSpace", "lin_rec709" if linear else "sRGB")
+    target = oiio.ImageOutput.create(str(path))
+    if target is None or not target.open(str(path), spec):
+        msg = f"{path} cannot be written: {oiio.geterror() or (target and target.geterror())}"
+        raise ValueError(msg)
+    target.write_image(np.ascontiguousarray(np.minimum(pixels, 65504.0), dtype=np.float32))
+    target.close()
+
+
+def tone_map(radiance: Array, exposure: float | None) -> Array:
+    """sRGB values in [0, 1] on a logarithmic scale: retroreflection is a thousand times a white diffuser.
+
+    y = log(1 + x / w) / log(1 + m / w), x the largest channel, w where the scale turns from linear to logarithmic, m
+    the brightest of the picture (or, with an exposure in stops, 2^-exposure), hue and saturation kept. A compromise
+    that shows the dark and the bright at once, not a camera.
+    """
+    floor = 0.02  # a fiftieth of a white diffuser
+    peak = np.max(radiance, axis=-1, keepdims=True)
+    brightest = max(float(np.quantile(peak, 0.999)), 1.0) if exposure is None else 2.0**-exposure
+    scale = np.log1p(peak / floor) / np.log1p(brightest / floor)
+    return np.asarray(np.clip(_srgb(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
+
+
+def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool]) -> Array:
+    size = settings.size * _OVERSAMPLING
+    rays = camera_rays(size)
+    hits = intersect(settings.shape, rays)
+    seen = np.flatnonzero(hits.found)
+    environment = None
+    image = np.full((size * size, 3), _BACKDROP)
+    if settings.environment is not None:
+        environment = surroundings.environment(settings.environment, _ENVIRONMENT_SAMPLES)
+        image = surroundings.look_up(settings.environment, rays)
+    lighting = Lighting(_light(settings.light_degrees), environment, tuple(float(x) for x in EYE))
+    points = (a[seen] for a in (hits.position, hits.normal, hits.tangent, hits.texcoord))
+    image[seen] = program.draw(program.surface_inputs(*points), lighting, uniforms)[:, :3]
+    return np.maximum(np.nan_to_num(image, nan=0.0), 0.0).reshape(size, size, 3)
+
+
+def _light(degrees: float | None) -> PointLight | DirectionalLight:
+    irradiance = float(np.pi)
+    if degrees is None:
+        intensity = irradiance * float(EYE @ EYE)
+        return PointLight(tuple(float(x) for x in EYE), (intensity, intensity, intensity))
+    angle, to_eye = np.deg2rad(degrees), EYE / np.linalg.norm(EYE)
+    right = np.cross([0.0, 1.0, 0.0], to_eye)
+    direction = np.cos(angle) * to_eye + np.sin(angle) * right / np.linalg.norm(right)
+    return DirectionalLight(tuple(float(x) for x in direction), (irradiance, irradiance, irradiance))
+
+
+def _reduce(image: Array) -> Array:
+    """Mean over the samples of each pixel."""
+    height, width = (n // _OVERSAMPLING for n in image.shape[:2])
+    blocks = image[: height * _OVERSAMPLING, : width * _OVERSAMPLING]
+    return np.asarray(blocks.reshape(height, _OVERSAMPLING, width, _OVERSAMPLING, 3).mean(axis=(1, 3)))
+
+
+def _srgb(value: Array) -> Array:
+    """IEC 61966-2-1 encoding."""
+    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 0.0) ** (1.0 / 2.4) - 0.055)
