@@ -5,8 +5,8 @@ Conventions, for the whole project
 * Directions are unit vectors that point away from the surface: `v` to the viewer, `l` to the light, `n` the normal.
 * The local frame has z = n and x = tangent; its arrays have shape `(..., 3)`.
 * Angles are in radians; the command line converts from degrees.
-* `alpha` is the microfacet width, `roughness` an artist's value; `alpha = roughness**2`. What a MaterialX BSDF node calls
-  `roughness` is already `alpha`.
+* `alpha` is the microfacet width, `roughness` an artist's value; `alpha = roughness**2`. What a MaterialX BSDF node
+  calls `roughness` is already `alpha`.
 * `eval(v, l)` returns the BSDF in 1/sr, without the cosine of l. The reference's `response(v, l)` includes that cosine,
   as MaterialX's closures do.
 * `h` is the half-vector of v and l; `v' = mirror(v)` is v mirrored about n; `b`, the half-vector of v' and l, is the

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
-# Rational fit in x = n.v, y = alpha (MaterialX 1.39.5, mx_microfacet_specular.glsl). Rows: the monomials below; columns:
-# numerators of the factors on F0 and on F90, then their denominators.
+# Rational fit in x = n.v, y = alpha (MaterialX 1.39.5, mx_microfacet_specular.glsl). Rows: the monomials below;
+# columns: numerators of the factors on F0 and on F90, then their denominators.
 _FIT = np.array(
     [
         [0.1003, 0.9345, 1.0, 1.0],

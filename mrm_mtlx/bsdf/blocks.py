@@ -34,8 +34,12 @@ def evaluate_in_blocks(
     function
         Called as `function(*vectors, **scalars, **colors)` with the components first: vectors (3, m), scalars () or
         (m,), colours (3, 1) or (3, m); returns (3, m).
-    scalars : shape (...)
-    colors, vectors : shape (..., 3)
+    scalars
+        By name, shape (...).
+    colors
+        By name, shape (..., 3).
+    vectors
+        In order, shape (..., 3).
 
     Returns
     -------

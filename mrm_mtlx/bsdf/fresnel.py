@@ -146,12 +146,12 @@ def generalized_schlick(
 
 
 def schlick_ior(color0: ArrayLike) -> Array:
-    """Index of refraction whose reflectance at normal incidence is `color0`, taken in [0.01, 0.99]; shape (...), > 1."""
+    """Index of refraction whose reflectance at normal incidence is `color0`, taken in [0.01, 0.99]; (...), > 1."""
     root = np.sqrt(np.clip(np.asarray(color0, dtype=float), 0.01, 0.99))
-    return (1.0 + root) / (1.0 - root)
+    return np.asarray((1.0 + root) / (1.0 - root))
 
 
 def reflectance_at_normal(ior: ArrayLike) -> Array:
     """Reflectance of a dielectric at normal incidence, ((ior - 1) / (ior + 1))^2; shape (...)."""
     ior = np.asarray(ior, dtype=float)
-    return np.square((ior - 1.0) / (ior + 1.0))
+    return np.asarray(np.square((ior - 1.0) / (ior + 1.0)))

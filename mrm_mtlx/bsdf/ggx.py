@@ -36,7 +36,7 @@ def distribution(mx: ArrayLike, my: ArrayLike, mz: ArrayLike, alpha_x: ArrayLike
     """
     alpha_x, alpha_y = np.asarray(alpha_x, dtype=float), np.asarray(alpha_y, dtype=float)
     slope = np.square(np.asarray(mx) / alpha_x) + np.square(np.asarray(my) / alpha_y) + np.square(np.asarray(mz))
-    return 1.0 / (np.pi * alpha_x * alpha_y * np.square(slope))
+    return np.asarray(1.0 / (np.pi * alpha_x * alpha_y * np.square(slope)))
 
 
 def smith_lambda(x: ArrayLike, y: ArrayLike, z: ArrayLike, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:

@@ -1,8 +1,9 @@
 """Interference in a thin film over an interface, as MaterialX's closures have it.
 
 Airy's series over the film, integrated against Gaussian fits of the colour-matching functions in the Fourier domain
-(Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"). MaterialX
-keeps two terms of the series and clamps the colour to [0, 1]; both are part of its definition of the node, and kept.
+(Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence").
+MaterialX keeps two terms of the series and clamps the colour to [0, 1]; both are part of its definition of the node,
+and kept.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def schlick_substrate(reflectance: ArrayLike, film_ior: ArrayLike, color0: Array
     one over the same dielectric; kept as its closures have it. The phase is 0 or pi, by which side is denser.
     """
     half = 0.5 * np.asarray(reflectance, dtype=float)
-    phase = np.where(fresnel.schlick_ior(color0) < film_ior, np.pi, 0.0)
+    phase = np.where(fresnel.schlick_ior(color0) < np.asarray(film_ior), np.pi, 0.0)
     return Substrate(half, half, phase, phase)
 
 
@@ -135,12 +136,12 @@ def reflectance_xyz(
     perpendicular = _airy(
         top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular, rounding
     )
-    return 0.5 * (parallel + perpendicular)
+    return np.asarray(0.5 * (parallel + perpendicular))
 
 
 def to_rgb(xyz: Array) -> Array:
     """Linear RGB of an XYZ reflectance, shape (3, ...), clamped to [0, 1] as MaterialX does."""
-    return np.clip(np.einsum("ij,j...->i...", XYZ_TO_RGB, xyz), 0.0, 1.0)
+    return np.asarray(np.clip(np.einsum("ij,j...->i...", XYZ_TO_RGB, xyz), 0.0, 1.0))
 
 
 def _airy(top: Array, base: Array, path: Array, phase: Array, rounding: float) -> Array:
@@ -176,4 +177,4 @@ def _sensitivity(path: Array, phase: Array) -> Array:
         * np.cos(_X2_POSITION * omega + phase_x)
         * np.exp(-_X2_VARIANCE * omega**2)
     )
-    return xyz / _NORMALISATION
+    return np.asarray(xyz / _NORMALISATION)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def dot(a: ArrayLike, b: ArrayLike) -> Array:
     """Scalar product over the last axis, shape (...)."""
-    return np.einsum("...i,...i->...", np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    return np.asarray(np.einsum("...i,...i->...", np.asarray(a, dtype=float), np.asarray(b, dtype=float)))
 
 
 def normalize(a: ArrayLike) -> Array:
@@ -42,7 +42,7 @@ def mirror(v: ArrayLike) -> Array:
     >>> mirror([0.6, 0.0, 0.8]).tolist()
     [-0.6, -0.0, 0.8]
     """
-    return np.asarray(v, dtype=float) * np.array([-1.0, -1.0, 1.0])
+    return np.asarray(np.asarray(v, dtype=float) * np.array([-1.0, -1.0, 1.0]))
 
 
 def half_vector(v: ArrayLike, l: ArrayLike) -> Array:

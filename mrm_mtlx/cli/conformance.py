@@ -23,7 +23,7 @@ def conformance(
     samples: Samples = 1 << 18,
     seed: Seed = 0,
     library: Library = Implementation.MRM,
-    format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
+    report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
     output: Output = None,
 ) -> None:
     """Compare every node, flag and shape of lobe with the oracle, over random parameters."""
@@ -37,7 +37,7 @@ def conformance(
         results = list(run(chosen_targets(target, TARGETS), samples, seed, Origin(library.value), report))
     statuses = [result.status for result in results]
     verdict = _verdict(statuses)
-    if format is TableFormat.JSON:
+    if report_format is TableFormat.JSON:
         document = {
             "schema": SCHEMA,
             "versions": versions(),

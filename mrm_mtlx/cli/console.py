@@ -28,7 +28,7 @@ def console(stream: TextIO | None = None) -> Console:
 def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar on stderr while it is a terminal, else nothing; yields a function of (finished, all)."""
     if not sys.stderr.isatty():
-        yield lambda finished, total: None
+        yield lambda _finished, _total: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
 
 
 def doctor(
-    format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
+    report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
 ) -> None:
     """Say which targets can be generated, compiled and run here, and what to install for the others.
 
@@ -31,7 +31,7 @@ def doctor(
     from mrm_mtlx.validation.runner import versions
 
     engines = survey()
-    if format is TableFormat.JSON:
+    if report_format is TableFormat.JSON:
         report = {
             "schema": "mrm.doctor/1",
             "versions": versions(),

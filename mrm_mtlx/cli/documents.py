@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
@@ -12,8 +12,15 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
 
 
-def open_document(path: Path, library: DataLibrary, element: str | None) -> list[Any]:
-    """The renderable elements of a document, or the one that is named.
+class OpenDocument(NamedTuple):
+    """A document and the renderable elements in question; the elements live as long as the document is held."""
+
+    document: Any
+    elements: list[Any]
+
+
+def open_document(path: Path, library: DataLibrary, element: str | None) -> OpenDocument:
+    """A document with its renderable elements, or the one that is named.
 
     Raises
     ------
@@ -51,4 +58,5 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> list
     if not elements:
         typer.echo(f"{path} has nothing to render", err=True)
         raise typer.Exit(3)
-    return [e for e, name in zip(elements, names, strict=True) if element in (None, name)]
+    chosen = [e for e, name in zip(elements, names, strict=True) if element in (None, name)]
+    return OpenDocument(document, chosen)

@@ -35,7 +35,8 @@ def generate(
 
     chosen_targets([target], available_targets())
     data = load_library(Origin(library.value))
-    for renderable in open_document(path, data, element):
+    opened = open_document(path, data, element)
+    for renderable in opened.elements:
         try:
             shader = generate_shader(renderable, target, data)
         except GenerationError as error:

@@ -63,11 +63,11 @@ def render(
         typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)
         raise typer.Exit(2)
     data = load_library(Origin(library.value))
-    renderable = open_document(path, data, element)[0]
+    opened = open_document(path, data, element)
     try:
         surroundings = None if environment is None else read_image(environment)
         panels = picture.render(
-            renderable,
+            opened.elements[0],
             data,
             path.parent,
             picture.Settings(shape.value, _light_angle(light), size, surroundings, compare),

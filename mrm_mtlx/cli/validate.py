@@ -24,7 +24,7 @@ def register(app: typer.Typer) -> None:
 def validate(
     paths: Annotated[list[Path], typer.Argument(metavar="PATH...", help="Documents, or folders of documents.")],
     target: Targets = None,
-    format: Annotated[Format, typer.Option("--format", help="Form of the report.")] = Format.TEXT,
+    report_format: Annotated[Format, typer.Option("--format", help="Form of the report.")] = Format.TEXT,
     output: Output = None,
     select: Annotated[
         list[str] | None,
@@ -61,11 +61,11 @@ def validate(
     )
     with progress("checking") as report:
         result = validate(paths, settings, report)
-    if format is Format.TEXT:
+    if report_format is Format.TEXT:
         _print_text(result, output, strict=strict)
     else:
         form = {Format.JSON: reports.to_json, Format.JUNIT: reports.to_junit, Format.GITHUB: reports.to_github}
-        write_report(form[format](result), output)
+        write_report(form[report_format](result), output)
         typer.echo(reports.verdict(result, strict=strict), err=True)
     raise typer.Exit(reports.exit_status(result, strict=strict))
 

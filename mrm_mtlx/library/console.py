@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def silenced() -> Iterator[None]:
-    """Drop what is written to the descriptors of stdout and stderr meanwhile; not for use by several threads at once."""
+    """Drop what is written to the descriptors of stdout and stderr meanwhile; for one thread at a time."""
     sys.stdout.flush()
     sys.stderr.flush()
     saved = os.dup(1), os.dup(2)

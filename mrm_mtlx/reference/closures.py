@@ -92,7 +92,7 @@ def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Cl
         film = facets.thinfilm_thickness, facets.thinfilm_ior
         return conductor_reflectance(c, ior, extinction, *film, rounding=light.rounding)
 
-    _, response = _microfacet(light, facets, reflectance, lambda a, b: np.zeros(()))
+    _, response = _microfacet(light, facets, reflectance, lambda _a, _b: np.zeros(()))
     return Closure(response, np.zeros((3, 1)))
 
 
@@ -228,7 +228,7 @@ def _amplitude_error(reflectance: Array, cos_theta: Array, ior: Array) -> Array:
 
 
 def _film_error(reflectance: Array, facets: Facets) -> Array | float:
-    """Error of a film's reflectance per unit roundoff: its XYZ values, all near 1 or below, cancel in the RGB matrix."""
+    """Error of a film's reflectance per unit roundoff: its XYZ values, near 1 or below, cancel in the RGB matrix."""
     if not np.any(facets.thinfilm_thickness > 0.0):
         return 0.0
     amplification = np.sum(np.abs(thin_film.XYZ_TO_RGB), axis=1)[:, None] * UNIT

@@ -97,8 +97,8 @@ def _dielectric(inputs: Inputs) -> Value:
 @node("ND_generalized_schlick_bsdf")
 def _generalized_schlick(inputs: Inputs) -> Value:
     facets = _facets(inputs, scatters=True)
-    colors = (inputs.array(name) for name in ("color0", "color82", "color90"))
-    return closures.generalized_schlick(inputs.light, facets, *colors, inputs.array("exponent"))
+    color0, color82, color90 = (inputs.array(name) for name in ("color0", "color82", "color90"))
+    return closures.generalized_schlick(inputs.light, facets, color0, color82, color90, inputs.array("exponent"))
 
 
 @node("ND_oren_nayar_diffuse_bsdf")

@@ -15,6 +15,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from numpy.typing import NDArray
+
     from mrm_mtlx.bsdf.arrays import Array
 
 # Unit roundoff of float32: the relative error of one correctly rounded operation.
@@ -93,19 +95,19 @@ class Tolerance:
         """Largest expected magnitude over the samples."""
         return float(np.max(np.abs(self.expected), initial=0.0))
 
-    def relative_errors(self, found: Array) -> Array:
+    def relative_errors(self, found: NDArray[np.floating]) -> Array:
         """Largest channel error per sample, relative to the sample's largest expected channel, shape (samples,).
 
         Where the oracle is below one float32 rounding unit of the lobe's own scale, relative to that unit.
         """
         size = np.maximum(np.max(np.abs(self.expected), axis=-1), UNIT * self.scale)
-        return np.max(np.abs(found - self.expected), axis=-1) / np.maximum(size, np.finfo(float).tiny)
+        return np.asarray(np.max(np.abs(found - self.expected), axis=-1) / np.maximum(size, np.finfo(float).tiny))
 
     def relative_allowed(self) -> Array:
         """The allowance per sample on the scale of `relative_errors`, shape (samples,): its largest channel's."""
         return self.relative_errors(self.expected + self.allowed)
 
-    def excess(self, found: Array) -> Array:
+    def excess(self, found: NDArray[np.floating]) -> Array:
         """Error over allowance, largest channel, shape (samples,); above 1 is a difference, NaN counts as infinite."""
         ratio = np.max(np.abs(found - self.expected) / self.allowed, axis=-1)
         return np.where(np.isnan(ratio), np.inf, ratio)

@@ -371,7 +371,7 @@ def _survey(node: Any, unknown: set[str], seen: set[str], depth: int) -> None:
 
 
 def _unit(a: Array) -> Array:
-    return a / np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+    return np.asarray(a / np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
 
 
 def _in_unit(value: float, element: Any, declared: Any) -> float:

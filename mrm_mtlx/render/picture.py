@@ -118,7 +118,7 @@ def tone_map(radiance: Array, exposure: float | None) -> Array:
     the brightest of the picture (or, with an exposure in stops, 2^-exposure), hue and saturation kept. A compromise
     that shows the dark and the bright at once, not a camera.
     """
-    floor = 0.02  # a fiftieth of a white diffuser
+    floor = 0.004  # well below a white diffuser, so that dark paint does not drown beside a headlight
     peak = np.max(radiance, axis=-1, keepdims=True)
     brightest = max(float(np.quantile(peak, 0.999)), 1.0) if exposure is None else 2.0**-exposure
     scale = np.log1p(peak / floor) / np.log1p(brightest / floor)
@@ -136,9 +136,9 @@ def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool
         environment = surroundings.environment(settings.environment, _ENVIRONMENT_SAMPLES)
         image = surroundings.look_up(settings.environment, rays)
     lighting = Lighting(_light(settings.light_degrees), environment, tuple(float(x) for x in EYE))
-    points = (a[seen] for a in (hits.position, hits.normal, hits.tangent, hits.texcoord))
-    image[seen] = program.draw(program.surface_inputs(*points), lighting, uniforms)[:, :3]
-    return np.maximum(np.nan_to_num(image, nan=0.0), 0.0).reshape(size, size, 3)
+    inputs = program.surface_inputs(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
+    image[seen] = program.draw(inputs, lighting, uniforms)[:, :3]
+    return np.asarray(np.maximum(np.nan_to_num(image, nan=0.0), 0.0)).reshape(size, size, 3)
 
 
 def _light(degrees: float | None) -> PointLight | DirectionalLight:

@@ -40,8 +40,8 @@ RULES: dict[str, Rule] = {
             "READ_TOO_LARGE",
             _ERROR,
             "file is too large",
-            f"The document, or what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of a few "
-            "kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
+            f"The document, or what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of a "
+            "few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
             "Split the document; textures and geometry do not belong into it.",
         ),
         Rule(
@@ -228,8 +228,8 @@ RULES: dict[str, Rule] = {
             "LOBE_TOO_NARROW",
             _WARNING,
             "lobe is too narrow for float32",
-            f"The microfacet width alpha is below {NARROWEST_ALPHA:g}. The half-vector is known to about 21 roundings of "
-            "2^-24; on the flank of the lobe D moves by 2 * 21 * 2^-24 / alpha relative, which is a tenth there: "
+            f"The microfacet width alpha is below {NARROWEST_ALPHA:g}. The half-vector is known to about 21 roundings "
+            "of 2^-24; on the flank of the lobe D moves by 2 * 21 * 2^-24 / alpha relative, which is a tenth there: "
             "shaders hit or miss the peak by chance. The comparison leaves the peak out. Environment light is not "
             "affected.",
             "Use an alpha of at least 2.5e-05 (a roughness of 0.005); real retroreflectors have 0.0025 and more.",
@@ -257,7 +257,7 @@ RULES: dict[str, Rule] = {
             "sample: 24 times the sum of the reference's own movements under single float32 roundings of each axis of "
             "v and l, of the document's numbers and of ill-conditioned intermediate results, plus 40 roundings of the "
             "result. 24 counts the roundings of a half-vector at GLSL 4.60's precisions (section 4.7.1).",
-            "The worst sample is named; implementations in the document that replace the library's are the usual cause.",
+            "The worst sample is named. An implementation in the document that replaces the library's is a common cause.",
         ),
         Rule(
             "SHADER_NOT_FINITE",
@@ -271,8 +271,8 @@ RULES: dict[str, Rule] = {
             "SHADER_IGNORES_RETRO",
             _WARNING,
             "target ignores the retroreflective flag",
-            "The generated code for this target does not depend on the flag, so that the material looks ordinary there. "
-            "In MaterialX 1.39.5 this is so for OSL (the value is never read) and MDL (before module 1.11).",
+            "The generated code for this target does not depend on the flag, so that the material looks ordinary "
+            "there. In MaterialX 1.39.5 this is so for OSL (the value is never read) and MDL (before module 1.11).",
             "Nothing in the document is wrong; do not rely on this target for the effect.",
         ),
         Rule(

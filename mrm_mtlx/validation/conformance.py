@@ -6,7 +6,6 @@ generated shader covers a different set of parameters in every sample.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,7 @@ from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare, draw
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference import ShadingPoints, Tolerance

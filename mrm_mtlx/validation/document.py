@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +24,8 @@ from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Target
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, microfacet_nodes
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
     from mrm_mtlx.reference import ShadingPoints, Tolerance
@@ -249,14 +250,14 @@ def ignores_flag(shader: Shader, node_name: str) -> bool:
     """Whether the generated code does not depend on a node's retroreflective flag.
 
     The flag is a variable. It is ignored if it is declared and never read again, or handed to functions none of which
-    reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on and marks it unused before.
+    reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on.
     """
     source = shader.sources["pixel"]
     if shader.target == "mdl":
         versions = [int(v) for v in re.findall(r"materialx::pbrlib_1_(\d+)", source)]
         return max(versions, default=0) < 11
     flag = rf"\b{re.escape(node_name)}_retroreflective\b"
-    calls = re.findall(rf"(\w+)\s*\(([^;]*{flag}[^;]*)\)\s*;", source)
+    calls = re.findall(rf"(\w+)\s*\(([^;{{}}]*{flag}[^;{{}}]*)\)\s*;", source)
     return not any(_reads_argument(source, function, arguments, flag) for function, arguments in calls)
 
 

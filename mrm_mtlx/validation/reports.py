@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 from mrm_mtlx.validation.findings import Severity
 
@@ -72,11 +72,11 @@ def to_json(result: ValidationResult) -> str:
 
 def to_junit(result: ValidationResult) -> str:
     """JUnit XML: a suite per document, a case for its findings and one per renderable element and target."""
-    suites = ElementTree.Element("testsuites", name="mrm validate")
+    suites = ET.Element("testsuites", name="mrm validate")
     for document in result.documents:
         _junit_suite(suites, document)
-    ElementTree.indent(suites)
-    return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
+    ET.indent(suites)
+    return ET.tostring(suites, encoding="unicode", xml_declaration=True)
 
 
 def to_github(result: ValidationResult) -> str:
@@ -91,7 +91,7 @@ def to_github(result: ValidationResult) -> str:
     return "\n".join(lines)
 
 
-def _junit_suite(suites: ElementTree.Element, document: DocumentResult) -> None:
+def _junit_suite(suites: ET.Element, document: DocumentResult) -> None:
     cases: list[tuple[str, str, str]] = [("findings", "", "")]
     for found in document.findings:
         kind = "failure" if found.severity is Severity.ERROR else "system-out"
@@ -101,7 +101,7 @@ def _junit_suite(suites: ElementTree.Element, document: DocumentResult) -> None:
             kind = {"pass": "", "fail": "failure", "skip": "skipped"}[r.status]
             cases.append((f"{renderable.name} [{target}]", kind, r.reason or (r.stage if kind else "")))
     kinds = [kind for _, kind, _ in cases]
-    suite = ElementTree.SubElement(
+    suite = ET.SubElement(
         suites,
         "testsuite",
         name=_xml(document.path),
@@ -111,11 +111,11 @@ def _junit_suite(suites: ElementTree.Element, document: DocumentResult) -> None:
         errors="0",
     )
     for name, kind, text in cases:
-        case = ElementTree.SubElement(suite, "testcase", classname=_xml(document.path), name=_xml(name))
+        case = ET.SubElement(suite, "testcase", classname=_xml(document.path), name=_xml(name))
         if kind == "system-out":
-            ElementTree.SubElement(case, kind).text = _xml(text)
+            ET.SubElement(case, kind).text = _xml(text)
         elif kind:
-            ElementTree.SubElement(case, kind, message=_xml(text.split("\n")[0])).text = _xml(text)
+            ET.SubElement(case, kind, message=_xml(text.split("\n")[0])).text = _xml(text)
 
 
 def _xml(text: str) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.validation.findings import Finding, Severity
+if TYPE_CHECKING:
+    from mrm_mtlx.validation.findings import Finding, Severity
 
 
 @dataclass

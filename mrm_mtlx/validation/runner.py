@@ -106,10 +106,13 @@ def engines() -> dict[str, dict[str, Any]]:
     """What can run or compile source here, for the report."""
     from mrm_mtlx.engines import compilers, gl
 
-    known = {"gl": gl.availability, "vulkan": compilers.vulkan_availability, "slang": compilers.slang_availability}
+    states = {
+        "gl": gl.availability(),
+        "vulkan": compilers.vulkan_availability(),
+        "slang": compilers.slang_availability(),
+    }
     report: dict[str, dict[str, Any]] = {}
-    for name, availability in known.items():
-        state = availability()
+    for name, state in states.items():
         key = "renderer" if state.available else "reason"
         report[name] = {"available": state.available, key: state.detail}
     return report

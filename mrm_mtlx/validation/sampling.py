@@ -82,7 +82,7 @@ def shading_points(
 
     def turn(a: Array) -> Array:
         along = [np.sum(a * b, axis=1, keepdims=True) for b in (first, second, l)]
-        return along[0] * turned_1 + along[1] * turned_2 + along[2] * light / np.linalg.norm(light)
+        return np.asarray(along[0] * turned_1 + along[1] * turned_2 + along[2] * light / np.linalg.norm(light))
 
     facing = np.where(np.arange(count) % _BACK == _BACK - 1, -1.0, 1.0)[:, None]
     view = _float32(turn(v))

@@ -8,7 +8,6 @@ import pytest
 from mrm_mtlx.bsdf import Conductor, GeneralizedSchlick
 from mrm_mtlx.bsdf.blocks import BLOCK, evaluate_in_blocks, processors
 
-
 EPS = np.finfo(float).eps
 
 # Relative to the lobe. A film's phase is up to 100 rad and its cosine, exponential and arc tangent may be a rounding apart

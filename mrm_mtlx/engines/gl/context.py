@@ -26,8 +26,9 @@ def context() -> Any:
     try:
         import moderngl
 
-        backend = {"backend": "egl"} if sys.platform.startswith("linux") else {}
-        return moderngl.create_context(standalone=True, require=MINIMUM_VERSION, **backend)
+        if sys.platform.startswith("linux"):
+            return moderngl.create_context(standalone=True, require=MINIMUM_VERSION, backend="egl")  # type: ignore[arg-type]
+        return moderngl.create_context(standalone=True, require=MINIMUM_VERSION)
     except Exception as error:  # glcontext and the loader raise whatever the platform gives them
         msg = f"no OpenGL 4.3 context could be made: {error}"
         raise RuntimeError(msg) from error

@@ -1,0 +1,379 @@
+"""Walking a document's graph: values, units, colour spaces, and what the reference refuses."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from mrm_mtlx.bsdf import Conductor, GeneralizedSchlick
+from mrm_mtlx.reference import Surface, UnsupportedError, constant_input
+from mrm_mtlx.reference.nodes import NODES
+from mrm_mtlx.reference.surface import MAXIMUM_DEPTH
+
+EPS = np.finfo(float).eps
+
+# Relative, for a handful of operations in float64.
+TOL = 64 * EPS
+
+# Relative. Numbers of the document are rounded to float32.
+FLOAT32_TOL = 2.0**-23
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="session")
+def response(surface_document, flat_points):
+    """Function from BSDF nodes, as text, to the response at one sample, or at those given."""
+
+    def evaluate(nodes: str, points=None, attributes: str = "", graph: str = ""):
+        document = surface_document(graph + nodes, attributes=attributes)
+        return Surface(document.getNode("m")).response(flat_points(UP, UP) if points is None else points)
+
+    return evaluate
+
+
+def paint(color: str) -> str:
+    """A Lambertian surface: from above its response is colour / pi."""
+    return f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" {color}/></oren_nayar_diffuse_bsdf>'
+
+
+def shown(response_value) -> np.ndarray:
+    """Colour of a Lambertian surface from its response from above."""
+    return np.asarray(response_value)[0] * np.pi
+
+
+# Values ----------------------------------------------------------------------------------------------------------------
+
+
+def test_a_given_value_wins_over_the_default(response):
+    np.testing.assert_allclose(shown(response(paint('value="0.5, 0.25, 0.125"'))), [0.5, 0.25, 0.125], rtol=TOL)
+    np.testing.assert_allclose(
+        shown(response('<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"/>')), 0.18, rtol=FLOAT32_TOL
+    )
+
+
+def test_numbers_are_those_that_a_float32_holds(response):
+    found = shown(response(paint('value="0.1, 0.2, 0.3"')))
+    np.testing.assert_allclose(found, np.float32([0.1, 0.2, 0.3]).astype(float), rtol=TOL)
+    assert np.all(np.abs(found - [0.1, 0.2, 0.3]) > TOL)
+
+
+def test_a_connection_wins_over_a_value(response):
+    constant = '<constant name="c" type="color3"><input name="value" type="color3" value="0.5, 0.5, 0.5"/></constant>'
+    np.testing.assert_allclose(shown(response(constant + paint('nodename="c"'))), 0.5, rtol=TOL)
+
+
+def test_a_value_reaches_through_a_graphs_interface_and_output(response):
+    graph = (
+        '<nodegraph name="g"><input name="shade" type="color3" value="0.25, 0.5, 0.75"/>'
+        '<constant name="c" type="color3"><input name="value" type="color3" interfacename="shade"/></constant>'
+        '<output name="first" type="color3" nodename="other"/><output name="out" type="color3" nodename="c"/>'
+        '<constant name="other" type="color3"/></nodegraph>'
+    )
+    found = response(paint('nodegraph="g" output="out"'), graph=graph)
+    np.testing.assert_allclose(shown(found), [0.25, 0.5, 0.75], rtol=TOL)
+
+
+DEFINED = """
+<nodedef name="ND_sheet" node="sheet">
+  <input name="shade" type="color3" value="0.125, 0.25, 0.5"/><output name="out" type="BSDF"/>
+</nodedef>
+<nodegraph name="NG_sheet" nodedef="ND_sheet">
+  <oren_nayar_diffuse_bsdf name="inner" type="BSDF">
+    <input name="color" type="color3" interfacename="shade"/>
+  </oren_nayar_diffuse_bsdf>
+  <output name="out" type="BSDF" nodename="inner"/>
+</nodegraph>
+"""
+
+
+def test_a_node_defined_by_a_graph_takes_its_own_values_and_defaults(response):
+    half = (
+        '<sheet name="a" type="BSDF"/><sheet name="b" type="BSDF">'
+        '<input name="shade" type="color3" value="1, 0.5, 0.25"/></sheet>'
+        '<mix name="bsdf" type="BSDF"><input name="fg" type="BSDF" nodename="a"/>'
+        '<input name="bg" type="BSDF" nodename="b"/><input name="mix" type="float" value="0.5"/></mix>'
+    )
+    # Two uses of one graph, told apart.
+    expected = 0.5 * np.array([0.125, 0.25, 0.5]) + 0.5 * np.array([1.0, 0.5, 0.25])
+    np.testing.assert_allclose(shown(response(half, graph=DEFINED)), expected, rtol=TOL)
+
+
+def test_geometric_properties_come_from_the_samples_or_the_default(response, flat_points):
+    node = (
+        '<geompropvalue name="p" type="color3"><input name="geomprop" type="string" value="mask"/>'
+        '<input name="default" type="color3" value="0.5, 0.25, 0"/></geompropvalue>'
+    )
+    masks = np.array([[1.0, 0.0, 0.5], [0.25, 1.0, 0.0]])
+    points = flat_points(np.tile(UP, (2, 1)), UP, mask=masks)
+    np.testing.assert_allclose(response(node + paint('nodename="p"'), points) * np.pi, masks, rtol=TOL)
+    np.testing.assert_allclose(shown(response(node + paint('nodename="p"'))), [0.5, 0.25, 0.0], rtol=TOL)
+
+
+def test_opacity_scales_the_response(surface_document, flat_points):
+    document = surface_document(paint('value="0.5, 0.5, 0.5"'))
+    surface = document.getNode("s")
+    surface.addInput("opacity", "float").setValueString("0.25")
+    found = Surface(document.getNode("m")).response(flat_points(UP, UP))
+    np.testing.assert_allclose(shown(found), 0.125, rtol=TOL)
+
+
+def test_a_material_and_its_surface_shader_are_the_same(surface_document, flat_points):
+    document = surface_document(paint('value="0.5, 0.5, 0.5"'))
+    material, shader = (Surface(document.getNode(name)).response(flat_points(UP, UP)) for name in "ms")
+    assert np.array_equal(material, shader)
+
+
+def test_a_material_without_a_surface_is_black(make_document, flat_points):
+    document = make_document('<surfacematerial name="m" type="material"/>')
+    assert np.array_equal(Surface(document.getNode("m")).response(flat_points(UP, UP)), np.zeros((1, 3)))
+
+
+def test_artistic_colours_become_a_complex_index(response):
+    nodes = (
+        '<artistic_ior name="i" type="multioutput"><input name="reflectivity" type="color3" value="0.9, 0.5, 0.25"/>'
+        '<input name="edge_color" type="color3" value="0.5, 0.5, 0"/></artistic_ior>'
+        '<conductor_bsdf name="bsdf" type="BSDF"><input name="ior" type="color3" nodename="i" output="ior"/>'
+        '<input name="extinction" type="color3" nodename="i" output="extinction"/></conductor_bsdf>'
+    )
+    # Whatever the index, at normal incidence the reflectance is what was asked for.
+    alpha = np.float64(np.float32(0.05))
+    white = GeneralizedSchlick(1.0, alpha=(alpha, alpha)).eval(UP, UP)
+    compensated = GeneralizedSchlick([0.9, 0.5, 0.25], alpha=(alpha, alpha), energy_compensation=True).eval(UP, UP)
+    found = response(nodes)[0]
+    np.testing.assert_allclose(found, compensated, rtol=4 * FLOAT32_TOL)
+    assert np.all(found < white)
+
+
+ANISOTROPIC = (
+    '<roughness_anisotropy name="r" type="vector2"><input name="roughness" type="float" value="{}"/>'
+    '<input name="anisotropy" type="float" value="{}"/></roughness_anisotropy>'
+    '<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" nodename="r"/></conductor_bsdf>'
+)
+
+
+@pytest.mark.parametrize(
+    ("roughness", "anisotropy", "alpha"),
+    [
+        (0.5, 0.0, (0.25, 0.25)),
+        (0.5, 0.75, (0.5, 0.125)),
+        # The aspect ends at anisotropy 0.98, the width at 1.
+        (0.5, 1.0, (1.0, 0.25 * np.sqrt(0.02))),
+        (1.0, 0.75, (1.0, 0.5)),
+    ],
+)
+def test_roughness_and_anisotropy_become_two_widths(response, flat_points, polar, roughness, anisotropy, alpha):
+    given = (
+        '<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" value="{!r}, {!r}"/>'
+        "</conductor_bsdf>"
+    )
+    points = flat_points(polar(0.5, 0.3), polar(0.8, np.array([2.0, 3.0, 4.0])))
+    found = response(ANISOTROPIC.format(roughness, anisotropy), points)
+    # The widths are rounded to float32, and D goes with their fourth power at most.
+    tolerance = 8 * FLOAT32_TOL
+    np.testing.assert_allclose(found, response(given.format(*map(float, alpha)), points), rtol=tolerance)
+    exchanged = response(given.format(*map(float, alpha[::-1])), points)
+    assert anisotropy == 0.0 or np.max(np.abs(found / exchanged - 1.0)) > tolerance
+
+
+@pytest.mark.xfail(strict=True, reason="the node gives its two widths the shape (2,), which is taken for two samples")
+def test_widths_from_roughness_and_anisotropy_are_constant(surface_document):
+    document = surface_document(ANISOTROPIC.format(0.5, 0.75))
+    widths = constant_input(document.getNode("bsdf"), "roughness")
+    assert widths is not None
+    np.testing.assert_allclose(widths, [0.5, 0.125], rtol=FLOAT32_TOL)
+
+
+# Units and colour spaces -----------------------------------------------------------------------------------------------
+
+FILM = '<conductor_bsdf name="bsdf" type="BSDF"><input name="thinfilm_thickness" type="float" {}/></conductor_bsdf>'
+
+
+@pytest.mark.parametrize("given", ['value="300"', 'value="0.3" unit="micron"', 'value="0.0000003" unit="meter"'])
+def test_a_films_thickness_is_converted_to_nanometres(surface_document, given):
+    unit = ' unittype="distance"' if "unit=" in given else ""
+    document = surface_document(FILM.format(given + unit))
+    # A number of three roundings: as given, the factor, the product.
+    assert constant_input(document.getNode("bsdf"), "thinfilm_thickness") == pytest.approx(300.0, rel=4 * FLOAT32_TOL)
+
+
+def test_a_film_of_another_unit_is_another_film(response):
+    microns, nanometres, wrong = (
+        response(FILM.format(given))[0]
+        for given in ('value="0.3" unittype="distance" unit="micron"', 'value="300"', 'value="0.3"')
+    )
+    # The film's colour follows its thickness with a slope below 0.1 per nanometre.
+    tolerance = 30.0 * 4 * FLOAT32_TOL * np.max(nanometres)
+    np.testing.assert_allclose(microns, nanometres, rtol=0.0, atol=tolerance)
+    assert np.max(np.abs(wrong - nanometres)) > tolerance
+
+
+def decoded(x: float) -> float:
+    """IEC 61966-2-1."""
+    return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4
+
+
+def test_a_colour_of_srgb_is_decoded(response):
+    found = shown(response(paint('value="0.5, 0.75, 0.03125" colorspace="srgb_texture"')))
+    np.testing.assert_allclose(found, [decoded(x) for x in (0.5, 0.75, 0.03125)], rtol=TOL)
+    assert np.all(np.abs(found - [0.5, 0.75, 0.03125]) > FLOAT32_TOL)
+
+
+def test_a_documents_colour_space_holds_for_its_colours_and_not_for_numbers(response):
+    inherited = response(paint('value="0.5, 0.5, 0.5"'), attributes='colorspace="srgb_texture"')
+    np.testing.assert_allclose(shown(inherited), decoded(0.5), rtol=TOL)
+    own = response(paint('value="0.5, 0.5, 0.5" colorspace="lin_rec709"'), attributes='colorspace="srgb_texture"')
+    np.testing.assert_allclose(shown(own), 0.5, rtol=TOL)
+    weight = paint('value="1, 1, 1"').replace("</", '<input name="weight" type="float" value="0.5"/></')
+    np.testing.assert_allclose(shown(response(weight, attributes='colorspace="srgb_texture"')), 0.5, rtol=TOL)
+
+
+# What is refused -------------------------------------------------------------------------------------------------------
+
+
+def test_everything_unknown_is_named_at_once(surface_document):
+    document = surface_document(
+        '<noise2d name="n" type="float"/><sheen_bsdf name="a" type="BSDF"><input name="weight" type="float" nodename="n"/>'
+        '</sheen_bsdf><subsurface_bsdf name="b" type="BSDF"><input name="color" type="color3" value="1, 1, 1" '
+        'colorspace="acescg"/></subsurface_bsdf><layer name="bsdf" type="BSDF">'
+        '<input name="top" type="BSDF" nodename="a"/><input name="base" type="BSDF" nodename="b"/></layer>'
+    )
+    with pytest.raises(UnsupportedError) as caught:
+        Surface(document.getNode("m"))
+    assert caught.value.names == ["ND_noise2d_float", "ND_sheen_bsdf", "ND_subsurface_bsdf", "colour space acescg"]
+    assert str(caught.value) == "the reference does not know " + ", ".join(caught.value.names)
+
+
+def test_a_node_that_is_no_node_is_named_by_its_category(make_document):
+    document = make_document(
+        '<unheard_of name="x" type="BSDF"/>'
+        '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="x"/></surface>'
+    )
+    with pytest.raises(UnsupportedError, match="does not know unheard_of$"):
+        Surface(document.getNode("s"))
+
+
+def test_a_surface_of_known_nodes_is_not_refused(surface_document):
+    document = surface_document('<conductor_bsdf name="bsdf" type="BSDF"/>')
+    Surface(document.getNode("m"))
+
+
+def test_the_reference_knows_definitions_that_exist(library):
+    assert [name for name in NODES if library.document.getNodeDef(name) is None] == []
+
+
+# Deep and cyclic graphs must be refused in a blink; the walk visits each node once.
+TIME_LIMIT_S = 1.0
+
+
+def chain(count: int, last: str = "bsdf") -> str:
+    """A BSDF multiplied by 1, `count` nodes in all."""
+    names = [f"n{k}" for k in range(count - 1)] + [last]
+    return '<conductor_bsdf name="n0" type="BSDF"/>' + "".join(
+        f'<multiply name="{name}" type="BSDF"><input name="in1" type="BSDF" nodename="{below}"/></multiply>'
+        for below, name in zip(names, names[1:], strict=False)
+    )
+
+
+def test_a_graph_of_five_hundred_nodes_in_a_row_is_refused_at_once(surface_document):
+    document = surface_document(chain(500))
+    start = time.perf_counter()
+    with pytest.raises(RecursionError, match=rf"deeper than {MAXIMUM_DEPTH} nodes, or cyclic, at n\d+"):
+        Surface(document.getNode("m"))
+    assert time.perf_counter() - start < TIME_LIMIT_S
+
+
+def test_a_deep_graph_is_evaluated(response):
+    assert np.array_equal(response(chain(MAXIMUM_DEPTH // 2)), response('<conductor_bsdf name="bsdf" type="BSDF"/>'))
+
+
+@pytest.mark.xfail(strict=True, raises=RecursionError, reason="a node takes five frames of the interpreter's thousand")
+def test_a_graph_just_below_the_limit_is_evaluated(response):
+    response(chain(MAXIMUM_DEPTH))
+
+
+def test_a_wide_graph_of_shared_nodes_takes_no_time(response):
+    # Sixty additions of a node to itself: 2^60 paths, 61 nodes.
+    doubled = '<conductor_bsdf name="n0" type="BSDF"/>' + "".join(
+        f'<mix name="{name}" type="BSDF"><input name="fg" type="BSDF" nodename="n{k}"/>'
+        f'<input name="bg" type="BSDF" nodename="n{k}"/><input name="mix" type="float" value="0.5"/></mix>'
+        for k, name in enumerate([f"n{k}" for k in range(1, 60)] + ["bsdf"])
+    )
+    start = time.perf_counter()
+    found = response(doubled)
+    assert time.perf_counter() - start < TIME_LIMIT_S
+    np.testing.assert_allclose(found, response('<conductor_bsdf name="bsdf" type="BSDF"/>'), rtol=60 * EPS)
+
+
+CYCLE = (
+    '<mix name="bsdf" type="BSDF"><input name="fg" type="BSDF" nodename="other"/></mix>'
+    '<mix name="other" type="BSDF"><input name="fg" type="BSDF" nodename="bsdf"/></mix>'
+)
+
+
+def test_a_cyclic_graph_ends_in_a_recursion_error_at_once(response):
+    start = time.perf_counter()
+    with pytest.raises(RecursionError):
+        response(CYCLE)
+    assert time.perf_counter() - start < TIME_LIMIT_S
+
+
+@pytest.mark.xfail(strict=True, reason="the survey passes over a node it has seen, and so over a cycle")
+def test_a_cyclic_graph_is_refused_before_it_is_evaluated(surface_document):
+    document = surface_document(CYCLE)
+    with pytest.raises(RecursionError, match="or cyclic, at "):
+        Surface(document.getNode("m"))
+
+
+@pytest.mark.xfail(strict=True, reason="a long way to a node already seen by a short one is not counted by the survey")
+def test_the_depth_of_a_graph_is_that_of_its_longest_path(surface_document, flat_points):
+    # Two rows of 150 nodes, end to end, and a short cut to the middle, which comes first in the document.
+    lower = chain(150, last="middle")
+    upper = chain(150, last="top").replace('"n0"', '"middle"').replace('"n', '"u')
+    upper = upper.partition("/>")[2]
+    both = (
+        '<add name="bsdf" type="BSDF"><input name="in2" type="BSDF" nodename="middle"/>'
+        '<input name="in1" type="BSDF" nodename="top"/></add>'
+    )
+    document = surface_document(lower + upper + both)
+    with pytest.raises(RecursionError, match=f"deeper than {MAXIMUM_DEPTH} nodes"):
+        Surface(document.getNode("m")).response(flat_points(UP, UP))
+
+
+# Constant inputs -------------------------------------------------------------------------------------------------------
+
+
+def test_the_constant_value_of_an_input_is_found_wherever_it_stands(surface_document):
+    document = surface_document(
+        '<constant name="c" type="color3"><input name="value" type="color3" value="0.5, 0.25, 0.125"/></constant>'
+        '<geompropvalue name="p" type="float"><input name="geomprop" type="string" value="w"/></geompropvalue>'
+        '<noise2d name="n" type="float"/>'
+        '<dielectric_bsdf name="bsdf" type="BSDF"><input name="tint" type="color3" nodename="c"/>'
+        '<input name="retroreflective" type="boolean" value="true"/><input name="ior" type="float" nodename="n"/>'
+        '<input name="scatter_mode" type="string" value="RT"/></dielectric_bsdf>'
+    )
+    node = document.getNode("bsdf")
+    assert constant_input(node, "tint").tolist() == [0.5, 0.25, 0.125]
+    assert bool(constant_input(node, "retroreflective")) is True
+    assert constant_input(node, "scatter_mode") == "RT"
+    assert float(constant_input(node, "weight")) == 1.0  # by default
+    assert constant_input(node, "ior") is None  # of a node that is not known here
+    assert constant_input(node, "normal") is None  # differs from point to point
+
+
+def test_a_metal_of_the_document_is_the_lobe_of_its_numbers(response, flat_points, rng, hemisphere):
+    # Broad, in float32, off the axes: one comparison of the whole way with the optics.
+    v, l = hemisphere(rng, 100), hemisphere(rng, 100)
+    alpha = float(np.float32(0.4))
+    lobe = Conductor(
+        np.float32([0.183, 0.421, 1.373]), np.float32([3.424, 2.346, 1.770]), alpha=(alpha, alpha),
+        retroreflective=True, energy_compensation=True,
+    )  # fmt: skip
+    text = (
+        '<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" value="0.4, 0.4"/>'
+        '<input name="retroreflective" type="boolean" value="true"/></conductor_bsdf>'
+    )
+    # Relative; grazing cosines, from 1e-3 up, are rounded as parts of unit vectors.
+    np.testing.assert_allclose(response(text, flat_points(v, l)), lobe.eval(v, l) * l[:, 2:], rtol=64 * EPS / 1e-3)
