@@ -257,7 +257,7 @@ RULES: dict[str, Rule] = {
             "sample: 24 times the sum of the reference's own movements under single float32 roundings of each axis of "
             "v and l, of the document's numbers and of ill-conditioned intermediate results, plus 40 roundings of the "
             "result. 24 counts the roundings of a half-vector at GLSL 4.60's precisions (section 4.7.1).",
-            "The worst sample is named. An implementation in the document that replaces the library's is a common cause.",
+            "The worst sample is named. A document's own implementation of a node is a common cause.",
         ),
         Rule(
             "SHADER_NOT_FINITE",

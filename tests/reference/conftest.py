@@ -13,7 +13,9 @@ from mrm_mtlx.reference import ShadingPoints
 from mrm_mtlx.shadergen import generate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
+
+    import MaterialX as mx
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
@@ -75,25 +77,37 @@ def turned_points() -> Callable[..., ShadingPoints]:
 
 
 @pytest.fixture(scope="module")
-def drawn(gl, library: DataLibrary) -> Callable[..., Array]:
+def drawn(gl, library: DataLibrary) -> Iterator[Callable[..., Array]]:
     """Function from a document and samples to what the generated GLSL gives for them, (samples, 3).
 
-    With `old` and `new`, of the pixel source damaged so.
+    With `old` and `new`, of the pixel source damaged so; `uniforms` are those of `SurfaceProgram.draw`. A driver takes
+    a second for each new source, so programs are kept for the module.
     """
+    programs: dict[str, SurfaceProgram] = {}
 
-    def draw(document, points: ShadingPoints, data: DataLibrary = library, old: str = "", new: str = "") -> Array:
+    def draw(
+        document: mx.Document,
+        points: ShadingPoints,
+        data: DataLibrary = library,
+        old: str = "",
+        new: str = "",
+        uniforms: Mapping[str, object] | None = None,
+    ) -> Array:
         shader = generate(document.getNode("m"), "glsl", data)
+        pixel = shader.sources["pixel"]
         if old:
-            pixel = shader.sources["pixel"].replace(old, new)
-            assert pixel != shader.sources["pixel"]
-            shader = replace(shader, sources={**shader.sources, "pixel": pixel})
+            assert old in pixel
+            pixel = pixel.replace(old, new)
+        if pixel not in programs:
+            programs[pixel] = SurfaceProgram(replace(shader, sources={**shader.sources, "pixel": pixel}))
         inputs = {
             "positionWorld": points.position,
             "normalWorld": points.normal,
             "tangentWorld": points.tangent,
             **{f"i_geomprop_{name}": value for name, value in points.properties.items()},
         }
-        with SurfaceProgram(shader) as program:
-            return program.draw(inputs, Lighting(DirectionalLight(tuple(points.light))))[:, :3]
+        return programs[pixel].draw(inputs, Lighting(DirectionalLight(tuple(points.light))), uniforms)[:, :3]
 
-    return draw
+    yield draw
+    for program in programs.values():
+        program.release()
