@@ -68,10 +68,14 @@ def compile_slang(shader: Shader) -> str:
             path.write_text(source, encoding="utf-8")
             command = ["slangc", str(path), "-o", str(Path(folder) / "shader.slang-module")]
             return _with_source(_run(command, folder), source)
+    # slangpy compiles for its CPU device, which refuses derivatives (fwidth) in an entry point, though they are no error
+    # of the source: so the module is compiled as functions, without its entry points.
+    functions = re.sub(r'\[shader\("\w+"\)\]', "", source)
     try:
-        _slang_session().load_module_from_source(f"mrm_{os.getpid()}_{next(_SERIAL)}", source)
+        with silenced():
+            _slang_session().load_module_from_source(f"mrm_{os.getpid()}_{next(_SERIAL)}", functions)
     except Exception as error:  # slangpy raises RuntimeError, and what its bindings add
-        return _with_source(str(error), source)
+        return _with_source(str(error), f"\n{source}")  # it counts lines from 2
     return ""
 
 
