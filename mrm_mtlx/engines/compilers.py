@@ -75,7 +75,7 @@ def compile_slang(shader: Shader) -> str:
         with silenced():
             _slang_session().load_module_from_source(f"mrm_{os.getpid()}_{next(_SERIAL)}", functions)
     except Exception as error:  # slangpy raises RuntimeError, and what its bindings add
-        return _with_source(str(error), f"\n{source}")  # it counts lines from 2
+        return _with_source(str(error), source, first_line=2)  # slangpy puts a line of its own before the source
     return ""
 
 
@@ -101,15 +101,18 @@ def _run(command: list[str], folder: str) -> str:
     return log or f"{command[0]} failed with exit status {done.returncode} and said nothing"
 
 
-def _with_source(log: str, source: str) -> str:
-    """The first error of a log on one line, with the number and text of the source line that it names."""
+def _with_source(log: str, source: str, first_line: int = 1) -> str:
+    """The first error of a log on one line, with the number and text of the source line that it names.
+
+    `first_line` is the number that the compiler gives to the source's first line.
+    """
     if not log:
         return ""
     match = re.search(r"^.*\berror\b.*$", log, re.MULTILINE | re.IGNORECASE)
     message = match[0] if match else log.splitlines()[0]
     # glslang puts the place before the message, `ERROR: shader.frag:12: ...`; slang on the next line, `--> name:12:5`.
     place = re.search(r":(\d+)(?::|$)", log[match.start() if match else 0 :], re.MULTILINE)
-    number, lines = int(place[1]) if place else 0, source.split("\n")
+    number, lines = int(place[1]) - first_line + 1 if place else 0, source.split("\n")
     where = f" at line {number}: {lines[number - 1].strip()}" if 0 < number <= len(lines) else ""
     message = re.sub(r"^ERROR: \S+?:\d+: ", "", message.strip())
     return f"{message}{where}"

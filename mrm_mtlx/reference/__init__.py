@@ -5,7 +5,7 @@ Built on the pure optics of `mrm_mtlx.bsdf`; what MaterialX does on top of them 
 * `closures`: clamps, masking with the mean width, energy compensation, the cosine, weights, throughput of layers.
 * `nodes`: one function per node definition.
 * `surface`: walks the document's graph.
-* `rounding`: how far float32 arithmetic may move a result, from which every tolerance is derived.
+* `rounding`, `precision`: how far float32 arithmetic may move a result, from which every tolerance is derived.
 
 `response(v, l)` includes the cosine of l.
 """

@@ -7,6 +7,8 @@ Everything that MaterialX 1.39.5 does and the papers do not say is in this modul
 * masking and energy compensation use the mean width sqrt(alpha_x alpha_y), D both widths;
 * colours are clamped from below at 0; a weight under 1e-8 switches a lobe off.
 
+Where `light.part` names a quantity, it is taken at the edge of the error that float32 gives it (`precision`).
+
 Arrays: directions, colours and frames have the component first, shape (3, samples); scalars (samples,) or ().
 """
 
@@ -17,9 +19,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.bsdf import albedo, diffuse, fresnel, ggx, thin_film
+from mrm_mtlx.bsdf import albedo, diffuse, fresnel, ggx
 from mrm_mtlx.bsdf.lobes import EXACT, Rounding, conductor_reflectance, dielectric_reflectance, schlick_reflectance
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference import precision
+from mrm_mtlx.reference.rounding import UNIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,15 +31,6 @@ if TYPE_CHECKING:
 
 # MaterialX's M_FLOAT_EPS.
 EPSILON = 1e-8
-
-# Relative error of acos in hardware: 4096 ulp, by Vulkan 1.3, "Precision and Operation of SPIR-V Instructions" (acos is
-# built on atan2); GLSL gives no bound. Divided by the factor that multiplies every move.
-ARCCOS_ERROR = 4096.0 * 2.0 * UNIT / ROUNDING_FACTOR
-
-# Relative error of what is left under a square root by cancellation: 2 ulp (4 units) of the root before it, by GLSL
-# 4.60, section 4.7.1, and as many roundings of the squares it adds. Divided likewise.
-ROOT_ERROR = 8.0 * UNIT / ROUNDING_FACTOR
-_ROUNDINGS = {"modulus": Rounding(modulus=ROOT_ERROR), "product": Rounding(product=ROOT_ERROR)}
 
 
 @dataclass(frozen=True)
@@ -61,7 +55,7 @@ class Light:
     @property
     def rounding(self) -> Rounding:
         """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved."""
-        return _ROUNDINGS.get(self.part, EXACT)
+        return precision.ROUNDINGS.get(self.part, EXACT)
 
 
 @dataclass(frozen=True)
@@ -79,9 +73,8 @@ class Facets:
     scatter_mode: str = "R"
 
 
-# What a node leaves untouched when it has nothing to add: no response, everything below shows.
 def transparent() -> Closure:
-    """The closure of nothing."""
+    """The closure of nothing: no response, and everything below shows."""
     return Closure(np.zeros((3, 1)), np.ones((3, 1)))
 
 
@@ -104,7 +97,7 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
         seen = dielectric_reflectance(c, ior, *film, rounding=light.rounding)
-        return seen + _amplitude_error(seen, c, ior) if light.part == "reflectance" else seen
+        return seen + precision.amplitude_error(seen, c, ior) if light.part == "reflectance" else seen
 
     f0 = fresnel.reflectance_at_normal(ior)
     lost, response = _microfacet(light, facets, reflectance, lambda a, b: a * f0 + b)
@@ -127,7 +120,7 @@ def generalized_schlick(
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)
         if light.part == "reflectance":
-            moved = np.abs(color90 - color0) * _power_error(1.0 - c, exponent)
+            moved = np.abs(color90 - color0) * precision.power_error(1.0 - c, exponent)
             if np.any(facets.thinfilm_thickness > 0.0):
                 # The film's phase jumps by pi where its index is that of color0: there, a rounding decides.
                 for step in (-2.0 * UNIT, 2.0 * UNIT):
@@ -149,7 +142,7 @@ def oren_nayar(
     cos_v, cos_l, v_l = _cosine(n, light.v), _cosine(n, light.l), _cosine(light.l, light.v)
     plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
     compensated = diffuse.compensated_oren_nayar(
-        cos_v, cos_l, v_l, roughness, color, arccos_error=ARCCOS_ERROR if light.part == "reflectance" else 0.0
+        cos_v, cos_l, v_l, roughness, color, arccos_error=precision.ARCCOS_ERROR if light.part == "reflectance" else 0.0
     )
     f = np.where(energy_compensation, compensated, plain)
     response = np.where(weight >= EPSILON, f * weight * cos_l, 0.0)
@@ -203,7 +196,7 @@ def _microfacet(
     if light.part == "reflectance":
         # v.m is a sum of three rounded products, also where it is nearly 1 and no longer moves with v and l.
         f = reflectance(cos_m - UNIT * cos_m)
-        f = f + _film_error(f, facets)
+        f = f + precision.film_error(f, facets.thinfilm_thickness)
     else:
         f = reflectance(cos_m)
     a, b = albedo.albedo_factors(cos_v, mean_alpha)
@@ -214,40 +207,6 @@ def _microfacet(
     g = ggx.masking_shadowing_isotropic(cos_v, cos_l, mean_alpha)
     response = f * compensation * (d * g * facets.weight / (4.0 * cos_v))
     return white(a, b) * compensation, np.where(facets.weight >= EPSILON, response, 0.0)
-
-
-def _amplitude_error(reflectance: Array, cos_theta: Array, ior: Array) -> Array:
-    """Error of a dielectric's reflectance per unit roundoff of g^2 = ior^2 + cos^2 - 1, which cancels for ior near 1.
-
-    The amplitude r = (g - c) / (g + c) moves by 2 c dg / (g + c)^2, the reflectance is its square.
-    """
-    squared = np.square(ior)
-    g = np.sqrt(np.maximum(squared - 1.0 + np.square(cos_theta), UNIT))
-    moved = cos_theta * UNIT * (squared + 1.0) / (g * np.square(g + cos_theta))
-    return np.asarray(2.0 * np.sqrt(reflectance) * moved + moved * moved)
-
-
-def _film_error(reflectance: Array, facets: Facets) -> Array | float:
-    """Error of a film's reflectance per unit roundoff: its XYZ values, near 1 or below, cancel in the RGB matrix."""
-    if not np.any(facets.thinfilm_thickness > 0.0):
-        return 0.0
-    amplification = np.sum(np.abs(thin_film.XYZ_TO_RGB), axis=1)[:, None] * UNIT
-    # A colour clamped to 0 may be a hair above it in float32, so the error is not relative to the clamped colour.
-    covered = np.where(facets.thinfilm_thickness > 0.0, amplification, 0.0)
-    return np.asarray(covered * np.maximum(np.max(reflectance, axis=0, keepdims=True), 0.04))
-
-
-def _power_error(base: Array, exponent: Array) -> Array:
-    """Error of pow(base, exponent) in GLSL per unit of `ROUNDING_FACTOR`.
-
-    GLSL 4.60, section 4.7.1: pow(x, y) is exp2(y log2(x)); log2 has an absolute error of 2^-21 or 3 ulp, exp2 one of
-    3 + 2 |its argument| ulp. Divided by the factor that multiplies every move.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        argument = np.abs(exponent * np.log2(np.maximum(base, np.finfo(np.float32).tiny)))
-        relative = np.log(2.0) * exponent * (2.0**-21) + (3.0 + 2.0 * argument + 3.0 * argument) * 2.0 * UNIT
-        power = np.maximum(base, 0.0) ** exponent
-    return np.asarray(power * relative / ROUNDING_FACTOR)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 EPS = np.finfo(float).eps
 
-# Absolute error of MaterialX's fit, per factor, as measured here against quadrature over the lobe: 0.029 from alpha 0.05
-# up, 0.099 for narrower lobes, at n.v = 0.1, where the fit has no data. What it is does not matter for parity; that it
-# stays a fit to this lobe does. The quadrature itself is good to 2e-3 (half the nodes against all of them).
+# Absolute error of MaterialX's fit, per factor, as measured here against quadrature over the lobe: 0.029 from alpha
+# 0.05 up, 0.099 for narrower lobes at n.v = 0.1. Parity with MaterialX needs no better one; that it is a fit to this
+# lobe is what is checked. The quadrature itself is good to 2e-3 (half the nodes against all of them).
 FIT_ERROR = 0.031
 NARROW_FIT_ERROR = 0.101
 

@@ -10,8 +10,8 @@ from mrm_mtlx.bsdf.blocks import BLOCK, evaluate_in_blocks, processors
 
 EPS = np.finfo(float).eps
 
-# Relative to the lobe. A film's phase is up to 100 rad and its cosine, exponential and arc tangent may be a rounding apart
-# between NumPy's vector loops and what they leave over; its colour is a sum with coefficients up to 2.4.
+# Relative to the lobe. A film's phase is up to 100 rad, and its cosine, exponential and arc tangent may be a rounding
+# apart between NumPy's vector loops and what they leave over; its colour is a sum with coefficients up to 2.4.
 FILM_TOL = 100 * 8 * EPS
 
 
@@ -47,7 +47,8 @@ def test_a_block_boundary_changes_no_sample(rng, direction_pairs, count):
     lobe = per_sample_lobe(count, rng)
     whole = lobe.eval(v, l)
     assert whole.shape == (count, 3)
-    # Bit for bit: without a film there are only correctly rounded operations, whatever loop runs them. Every part is within one block, and begins where blocks do not.
+    # Bit for bit: without a film there are only correctly rounded operations, whatever loop runs them. Each part lies
+    # within one block, and begins where blocks do not.
     step = BLOCK // 2 + 1
     for start in range(0, count, step):
         part = slice(start, start + step)

@@ -74,7 +74,7 @@ class Tilted:
         return self.base.eval(v, l) * (1.0 + 0.01 * np.asarray(v)[..., 2:])
 
 
-# Reciprocity -----------------------------------------------------------------------------------------------------------
+# Reciprocity --------------------------------------------------------------------------------------------------------
 
 # Slope of a reflectance over the cosine: below 100 for films up to 600 nm (phase 4 pi n d / wavelength), which is more
 # than any bare curve has.
@@ -119,7 +119,7 @@ def test_compensated_lobes_are_not_reciprocal_and_not_claimed_to_be(rng, hemisph
     assert asymmetry(lobe, lobe, hemisphere(rng, 1000), hemisphere(rng, 1000)) > MOST
 
 
-# The substitution ------------------------------------------------------------------------------------------------------
+# The substitution ---------------------------------------------------------------------------------------------------
 
 
 def substitution_misses(candidate: Lobe, base: Lobe, v: Array, l: Array) -> float:
@@ -189,7 +189,7 @@ def test_the_peak_of_the_yellow_tape_follows_from_its_closed_form(polar, degrees
     np.testing.assert_allclose(TAPE.eval(v, v), g2 * f / (np.pi * alpha**2 * 4.0 * c**2), rtol=64 * EPS)
 
 
-# Energy ----------------------------------------------------------------------------------------------------------------
+# Energy -------------------------------------------------------------------------------------------------------------
 
 VIEWS = (0.1, 0.4, 0.8, 1.0)
 
@@ -267,8 +267,8 @@ def test_compensation_multiplies_the_lobe_by_its_factor(rng, direction_pairs, lo
     assert np.mean(np.abs(found - plain) > 32 * EPS * full) > MOST
 
 
-# Absolute. Even quadrature over the hemisphere, for lobes that are broad beside its spacing: measured against four times
-# as many directions, below 1e-6 for the widths used.
+# Absolute. Even quadrature over the hemisphere, for lobes that are broad beside its spacing: measured against four
+# times as many directions, below 1e-6 for the widths used.
 GRID_TOL = 1e-5
 
 
@@ -297,7 +297,7 @@ def test_the_adapted_and_the_even_quadrature_see_one_lobe(hemisphere_grid, lobe_
     np.testing.assert_allclose(adapted, albedo_of(lobe, v, hemisphere_grid()), rtol=0.0, atol=QUADRATURE_TOL)
 
 
-# Where there is nothing ------------------------------------------------------------------------------------------------
+# Where there is nothing ---------------------------------------------------------------------------------------------
 
 
 @by_lobe
@@ -320,7 +320,7 @@ def test_opposite_directions_give_zero():
     assert np.all(LOBES["metal"].eval(v, -v) == 0.0)
 
 
-# Wrong calls -----------------------------------------------------------------------------------------------------------
+# Wrong calls --------------------------------------------------------------------------------------------------------
 
 V = np.array([0.6, 0.0, 0.8])
 

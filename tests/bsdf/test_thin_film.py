@@ -32,8 +32,8 @@ RGB_FROM_XYZ = [
     [0.0052982, -0.0146949, 1.0093968],
 ]
 
-# Absolute, for XYZ in [0, 1]. A phase of a film of 1000 nm is at most 2 * 2 pi * 2.2e6 * 2 * 2.5e-6 = 140 rad, each of a
-# few roundings; a metal's phase is the angle of a cancelled sum, its roots as uncertain as those of the reflectance.
+# Absolute, for XYZ in [0, 1]. A phase of a film of 1000 nm is at most 2 * 2 pi * 2.2e6 * 2 * 2.5e-6 = 140 rad, each of
+# a few roundings; a metal's phase is the angle of a cancelled sum, its roots as uncertain as those of the reflectance.
 XYZ_TOL = 140 * 8 * EPS + 1e-12
 
 # The rows of the matrix to RGB add up to 3.8 in magnitude.

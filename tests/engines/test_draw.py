@@ -28,7 +28,9 @@ LAMBERT = """
 # What the surface emits is what the property says: no light, no cosine.
 GLOWING = """
 <geompropvalue name="glow" type="color3"><input name="geomprop" type="string" value="glow"/></geompropvalue>
-<surface_unlit name="lamp" type="surfaceshader"><input name="emission_color" type="color3" nodename="glow"/></surface_unlit>
+<surface_unlit name="lamp" type="surfaceshader">
+  <input name="emission_color" type="color3" nodename="glow"/>
+</surface_unlit>
 """
 
 
@@ -82,8 +84,7 @@ def test_irradiance_multiplies_and_no_light_is_dark(program, surface_document, s
 
 
 def test_the_eye_is_where_the_lighting_says(program, surface_document, surface_inputs):
-    metal = '<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" value="0.3, 0.3"/></conductor_bsdf>'
-    linked = program(surface_document(metal))
+    linked = program(surface_document(BRUSHED.format(flag="false")))
     inputs = surface_inputs(np.array([0.6, 0.0, 0.8]))
     moved = {**inputs, "positionWorld": inputs["positionWorld"] + [1.0, 2.0, 4.0]}
     there = replace(OVERHEAD, view_position=(1.0, 2.0, 4.0))

@@ -127,7 +127,7 @@ AXES = np.concatenate([np.eye(3), -np.eye(3), [[0.48, 0.64, -0.6]]])
 def test_the_environment_lies_as_its_class_says(bsdf, surface_inputs, spot, direction):
     linked = bsdf("conductor", "0.05, 0.05", "false")
     # Looked at from straight above, a mirror shows what is straight above it.
-    tangent = np.cross(direction, np.roll(direction, 1) + [0.0, 0.1, 0.3])
+    tangent = np.cross(direction, np.roll(direction, 1) + np.array([0.0, 0.1, 0.3]))
     inputs = surface_inputs(direction, normal=direction, tangent=tangent / np.linalg.norm(tangent))
     shown = [float(linked.draw(inputs, Lighting(environment=spot(d)))[0, 0]) for d in AXES]
     found = int(np.argmax(shown))
@@ -136,7 +136,10 @@ def test_the_environment_lies_as_its_class_says(bsdf, surface_inputs, spot, dire
 
 
 def test_a_diffuse_surface_takes_the_irradiance(program, surface_document, surface_inputs):
-    diffuse = '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" value="0.5, 0.25, 1.0"/></oren_nayar_diffuse_bsdf>'
+    diffuse = (
+        '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" value="0.5, 0.25, 1.0"/>'
+        "</oren_nayar_diffuse_bsdf>"
+    )
     linked = program(surface_document(diffuse))
     irradiance = Environment(np.zeros((2, 4, 3)), np.full((2, 4, 3), 2.0))
     drawn = linked.draw(surface_inputs([0.0, 0.0, 1.0]), Lighting(environment=irradiance))

@@ -27,7 +27,6 @@ PICTURE = """
   <input name="file" type="filename" value="picture.exr" {colorspace}/>
   <input name="uaddressmode" type="string" value="periodic"/>
 </image>
-{convert}
 <surface_unlit name="lamp" type="surfaceshader"><input name="{use}" type="{kind}" nodename="picture"/></surface_unlit>
 """
 
@@ -38,7 +37,7 @@ def shown(program, make_document):
 
     def show(pixels, texcoord, kind: str = "color3", colorspace: str = ""):
         use = {"color3": "emission_color", "float": "emission"}[kind]
-        document = make_document(PICTURE.format(kind=kind, use=use, convert="", colorspace=colorspace))
+        document = make_document(PICTURE.format(kind=kind, use=use, colorspace=colorspace))
         linked = program(document, element="lamp", textures={"picture_file": pixels})
         return linked.draw({"texcoord_0": texcoord}, Lighting())[:, :3]
 
@@ -80,7 +79,9 @@ def test_the_picture_repeats_beyond_its_border(shown, rng):
     pixels = rng.uniform(0.0, 4.0, (4, 4, 3)).astype(np.float32)
     at = centres(4, 4)
     # Coordinates up to 3 lose another bit and a half.
-    np.testing.assert_allclose(shown(pixels, at + [2.0, 0.0]), shown(pixels, at), rtol=0.0, atol=4 * TEXEL_TOL)
+    np.testing.assert_allclose(
+        shown(pixels, at + np.array([2.0, 0.0])), shown(pixels, at), rtol=0.0, atol=4 * TEXEL_TOL
+    )
 
 
 def test_pixels_of_eight_bits_are_shares_of_one(tmp_path):
@@ -119,7 +120,7 @@ def test_a_picture_in_a_colour_space_is_decoded_in_the_shader(shown):
 
 
 def test_a_picture_that_is_not_given_is_black(program, make_document):
-    document = make_document(PICTURE.format(kind="color3", use="emission_color", convert="", colorspace=""))
+    document = make_document(PICTURE.format(kind="color3", use="emission_color", colorspace=""))
     linked = program(document, element="lamp")
     assert np.array_equal(linked.draw({"texcoord_0": [[0.3, 0.7]]}, Lighting()), [[0.0, 0.0, 0.0, 1.0]])
 

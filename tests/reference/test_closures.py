@@ -92,8 +92,10 @@ def test_a_response_is_the_compensated_lobe_times_the_cosine(
 
 
 def test_masking_of_an_anisotropic_surface_uses_the_mean_width(surface_document, flat_points, polar):
-    text = '<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" value="0.5, 0.125"/></conductor_bsdf>'
-    document = surface_document(text)
+    document = surface_document(
+        '<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" value="0.5, 0.125"/>'
+        "</conductor_bsdf>"
+    )
     v, l = polar(np.array([0.8, 0.8]), np.array([0.0, 1.0])), polar(np.array([0.9, 0.9]), np.array([2.5, 3.5]))
     true_widths = Conductor(GOLD_N, GOLD_K, alpha=(0.5, 0.125), energy_compensation=True).eval(v, l) * l[:, 2:]
     ratio = Surface(document.getNode("m")).response(flat_points(v, l)) / true_widths
@@ -124,7 +126,7 @@ def test_a_surface_seen_from_behind_turns_its_normal(surface_document, flat_poin
         )
 
 
-# Combination -----------------------------------------------------------------------------------------------------------
+# Combination --------------------------------------------------------------------------------------------------------
 
 FIRST = Closure(np.array([[1.0], [2.0], [3.0]]), np.array([[0.5], [0.25], [1.0]]))
 SECOND = Closure(np.array([[10.0], [20.0], [40.0]]), np.array([[0.75], [0.5], [0.0]]))
@@ -166,7 +168,7 @@ def test_nothing_reflects_nothing_and_hides_nothing():
     assert np.array_equal(layered.throughput, SECOND.throughput)
 
 
-# The same, in documents -----------------------------------------------------------------------------------------------
+# The same, in documents ---------------------------------------------------------------------------------------------
 
 COAT = (
     f'<dielectric_bsdf name="coat" type="BSDF">{WIDTH}<input name="weight" type="float" value="0.5"/></dielectric_bsdf>'

@@ -14,13 +14,16 @@ SAMPLES = 4096
 NUMBERS = {
     "conductor": '<input name="ior" type="color3" value="0.183, 0.421, 1.373"/>'
     '<input name="extinction" type="color3" value="3.424, 2.346, 1.77"/>',
-    "dielectric": '<input name="ior" type="float" value="1.52"/><input name="tint" type="color3" value="0.9, 0.6, 0.3"/>',
+    "dielectric": '<input name="ior" type="float" value="1.52"/>'
+    '<input name="tint" type="color3" value="0.9, 0.6, 0.3"/>',
     "generalized_schlick": '<input name="color0" type="color3" value="0.9, 0.5, 0.2"/>'
     '<input name="color82" type="color3" value="0.6, 0.8, 0.4"/>',
 }
 
 
-def node(name: str, kind: str, *, flag: str = "true", alpha: str = "0.31, 0.12", film: str = "0", more: str = "") -> str:
+def node(
+    name: str, kind: str, *, flag: str = "true", alpha: str = "0.31, 0.12", film: str = "0", more: str = ""
+) -> str:
     """A microfacet node of the document."""
     return (
         f'<{kind}_bsdf name="{name}" type="BSDF">{NUMBERS[kind]}{more}'
@@ -105,8 +108,9 @@ def test_layers_agree_with_the_reference(differing):
 
 
 def test_a_film_measured_in_another_unit_agrees_with_the_reference(differing):
-    text = node("bsdf", "conductor", film="0.35").replace('value="0.35"', 'value="0.35" unittype="distance" unit="micron"')
-    assert differing(text) == (0.0, 0.0)
+    thickness = 'value="0.35" unittype="distance" unit="micron"'
+    nodes = node("bsdf", "conductor", film="0.35").replace('value="0.35"', thickness)
+    assert differing(nodes) == (0.0, 0.0)
 
 
 def test_the_upstream_library_with_its_own_flag_agrees_with_the_reference_too(
@@ -134,7 +138,7 @@ def test_colours_of_srgb_and_geometric_properties_agree_with_the_reference(surfa
 
 # Planted errors: the nodes they are planted in, what is replaced in the generated source, and by what.
 MIRRORED = "(retroreflective && reflects) ? reflect(-closureData.V, N) : closureData.V"
-FRESNEL = "float NdotL = clamp(dot(N, L), M_FLOAT_EPS, 1.0);\n        float VdotH = clamp(dot({}, H), M_FLOAT_EPS, 1.0);"
+FRESNEL = "NdotL = clamp(dot(N, L), M_FLOAT_EPS, 1.0);\n        float VdotH = clamp(dot({}, H), M_FLOAT_EPS, 1.0);"
 MASKING = "mx_ggx_smith_G2(NdotL, NdotV, {});\n\n        vec3 comp"
 METAL = ("conductor",)
 DAMAGE = {

@@ -62,9 +62,9 @@ def test_errors_are_relative_to_the_largest_channel_and_near_zero_to_the_lobes_s
     assert given.relative_allowed().tolist() == [0.25, 1.0 / (4.0 * UNIT)]
 
 
-# Relative allowances on the shoulder of a lobe, one width off its peak. There a rounding u of the half-vector moves D by
-# 2 u / alpha of it. Below ROUNDING_FACTOR of these no shader could be allowed its roundings; above a hundred times as
-# much, the check would see nothing.
+# Relative allowances on the shoulder of a lobe, one width off its peak. There a rounding u of the half-vector moves D
+# by 2 u / alpha of it. Below ROUNDING_FACTOR of these no shader could be allowed its roundings; above a hundred times
+# as much, the check would see nothing.
 MOST_MOVES = 100.0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -36,7 +37,8 @@ def response(surface_document, flat_points):
 
 def paint(color: str) -> str:
     """A Lambertian surface: from above its response is colour / pi."""
-    return f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" {color}/></oren_nayar_diffuse_bsdf>'
+    kind = "oren_nayar_diffuse_bsdf"
+    return f'<{kind} name="bsdf" type="BSDF"><input name="color" type="color3" {color}/></{kind}>'
 
 
 def shown(response_value) -> np.ndarray:
@@ -44,7 +46,7 @@ def shown(response_value) -> np.ndarray:
     return np.asarray(response_value)[0] * np.pi
 
 
-# Values ----------------------------------------------------------------------------------------------------------------
+# Values -------------------------------------------------------------------------------------------------------------
 
 
 def test_a_given_value_wins_over_the_default(response):
@@ -186,7 +188,7 @@ def test_widths_from_roughness_and_anisotropy_are_constant(surface_document):
     np.testing.assert_allclose(widths, [0.5, 0.125], rtol=FLOAT32_TOL)
 
 
-# Units and colour spaces -----------------------------------------------------------------------------------------------
+# Units and colour spaces --------------------------------------------------------------------------------------------
 
 FILM = '<conductor_bsdf name="bsdf" type="BSDF"><input name="thinfilm_thickness" type="float" {}/></conductor_bsdf>'
 
@@ -230,13 +232,14 @@ def test_a_documents_colour_space_holds_for_its_colours_and_not_for_numbers(resp
     np.testing.assert_allclose(shown(response(weight, attributes='colorspace="srgb_texture"')), 0.5, rtol=TOL)
 
 
-# What is refused -------------------------------------------------------------------------------------------------------
+# What is refused ----------------------------------------------------------------------------------------------------
 
 
 def test_everything_unknown_is_named_at_once(surface_document):
     document = surface_document(
-        '<noise2d name="n" type="float"/><sheen_bsdf name="a" type="BSDF"><input name="weight" type="float" nodename="n"/>'
-        '</sheen_bsdf><subsurface_bsdf name="b" type="BSDF"><input name="color" type="color3" value="1, 1, 1" '
+        '<noise2d name="n" type="float"/>'
+        '<sheen_bsdf name="a" type="BSDF"><input name="weight" type="float" nodename="n"/></sheen_bsdf>'
+        '<subsurface_bsdf name="b" type="BSDF"><input name="color" type="color3" value="1, 1, 1" '
         'colorspace="acescg"/></subsurface_bsdf><layer name="bsdf" type="BSDF">'
         '<input name="top" type="BSDF" nodename="a"/><input name="base" type="BSDF" nodename="b"/></layer>'
     )
@@ -251,7 +254,7 @@ def test_a_node_that_is_no_node_is_named_by_its_category(make_document):
         '<unheard_of name="x" type="BSDF"/>'
         '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="x"/></surface>'
     )
-    with pytest.raises(UnsupportedError, match="does not know unheard_of$"):
+    with pytest.raises(UnsupportedError, match=r"does not know unheard_of$"):
         Surface(document.getNode("s"))
 
 
@@ -273,7 +276,7 @@ def chain(count: int, last: str = "bsdf") -> str:
     names = [f"n{k}" for k in range(count - 1)] + [last]
     return '<conductor_bsdf name="n0" type="BSDF"/>' + "".join(
         f'<multiply name="{name}" type="BSDF"><input name="in1" type="BSDF" nodename="{below}"/></multiply>'
-        for below, name in zip(names, names[1:], strict=False)
+        for below, name in pairwise(names)
     )
 
 
@@ -342,7 +345,7 @@ def test_the_depth_of_a_graph_is_that_of_its_longest_path(surface_document, flat
         Surface(document.getNode("m")).response(flat_points(UP, UP))
 
 
-# Constant inputs -------------------------------------------------------------------------------------------------------
+# Constant inputs ----------------------------------------------------------------------------------------------------
 
 
 def test_the_constant_value_of_an_input_is_found_wherever_it_stands(surface_document):

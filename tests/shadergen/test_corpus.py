@@ -1,0 +1,38 @@
+"""Documents of the MaterialX project, where they are at hand: our library takes none of them away."""
+
+from __future__ import annotations
+
+import MaterialX as mx
+import pytest
+
+from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
+
+
+def outcomes(path, library, target: str) -> dict[str, str]:
+    """Pixel source of every renderable element of a document; "" where it is refused."""
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, str(path))
+    document.setDataLibrary(library.document)
+    found = {}
+    for element in renderable_elements(document):
+        try:
+            found[element.getNamePath()] = generate(element, target, library).sources["pixel"]
+        except GenerationError:
+            found[element.getNamePath()] = ""
+    return found
+
+
+@pytest.mark.parametrize("target", ["glsl", "osl"])
+def test_what_generates_with_the_standard_library_generates_with_ours(shared, library, upstream_library, target):
+    paths = sorted((shared / "corpus").rglob("*.mtlx"))
+    assert paths
+    wrapped = 0
+    for path in paths:
+        ours, stock = outcomes(path, library, target), outcomes(path, upstream_library, target)
+        assert {name for name, source in ours.items() if source} == {name for name, source in stock.items() if source}
+        # OSL has no implementation of ours: its sources are the same.
+        assert target == "glsl" or ours == stock
+        wrapped += sum("mrm_mirror_view" in source for source in ours.values())
+        assert not any("mrm_" in source for source in stock.values())
+    # The corpus has all three nodes, and surfaces made of them.
+    assert wrapped > len(paths) / 2 if target == "glsl" else wrapped == 0

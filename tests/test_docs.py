@@ -1,0 +1,113 @@
+"""What the documents say is true: each command is run, each snippet executed, each generated page up to date."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[1]
+PAGES = ("README.md", "libraries/pbrlib/README.md", "docs/development.md", "docs/comparison.md", "materials/README.md")
+
+# How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that
+# suits a test), or a reason in parentheses why it is not run here.
+COMMANDS = {
+    "pip install . && mrm validate materials/": "mrm validate materials/ --samples 1024 --target glsl",
+    "pip install '.[test]' && pytest": "(this is the run)",
+    "mrm library install hosts": None,
+    "python3 -m venv .venv && . .venv/bin/activate": "(tests/test_wheel.py sets up an environment)",
+    "pip install -e '.[dev]'": "(tests/test_wheel.py installs)",
+    "mrm doctor": None,
+    "pytest": "(this is the run)",
+    "ruff check . && ruff format --check .": "(.ci/run)",
+    "mypy": "(.ci/run)",
+    "mrm conformance": "mrm conformance --samples 512",
+    "mrm conformance --library upstream": "mrm conformance --library upstream --samples 512",
+    "python benchmarks/run.py": "(takes minutes and prints times; benchmarks are imported below)",
+    "python docs/figures.py": "(needs the extra dev; its parts are imported below)",
+    "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
+}
+RUN = {command: told or command for command, told in COMMANDS.items() if told is None or not told.startswith("(")}
+
+
+def commands() -> set[str]:
+    """Lines of the pages' indented blocks that are commands."""
+    found = set()
+    for page in PAGES:
+        for line in (REPOSITORY / page).read_text(encoding="utf-8").splitlines():
+            if re.match(r"^    (mrm|pip|python|python3|pytest|ruff|mypy)\b", line):
+                found.add(line.strip())
+    return found
+
+
+def test_every_command_of_the_pages_is_accounted_for() -> None:
+    assert commands() == set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", sorted(RUN))
+def test_a_command_of_the_pages_runs(command: str, tmp_path: Path) -> None:
+    (tmp_path / "materials").symlink_to(REPOSITORY / "materials")
+    arguments = shlex.split(RUN[command])
+    assert arguments[0] == "mrm"
+    done = subprocess.run(
+        [sys.executable, "-m", "mrm_mtlx.cli.main", *arguments[1:]], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    # Without a driver, nothing can be compared (3), and the doctor says so (1).
+    allowed = (0, 3) if "conformance" in command else (0, 1) if "doctor" in command else (0,)
+    assert done.returncode in allowed, done.stderr
+
+
+def test_the_snippet_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(snippet, "README.md", "exec"), {})
+    # At normal incidence l = v is the peak, f = F / (4 pi alpha^2): 0.15 / (4 pi 0.005^2) = 477.
+    values = [float(x) for x in re.findall(r"[\d.]+", capsys.readouterr().out)]
+    assert [round(x) for x in values] == [477, 477, 477]
+
+
+def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from mrm_mtlx.library import install_library
+
+    install_library(tmp_path / "hosts")
+    monkeypatch.chdir(tmp_path)
+    text = (REPOSITORY / "libraries/pbrlib/README.md").read_text(encoding="utf-8")
+    (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names: dict[str, object] = {}
+    exec(compile("\n".join(line.removeprefix("  ") for line in snippet.splitlines()), "README.md", "exec"), names)
+    library = names["library"]
+    implementation = library.getNodeDef("ND_conductor_bsdf").getImplementation("genglsl")  # type: ignore[attr-defined]
+    assert implementation.getName() == "IM_mrm_conductor_bsdf_genglsl"
+
+
+def test_the_page_of_rules_is_up_to_date() -> None:
+    from mrm_mtlx.cli.rules import markdown_page
+    from mrm_mtlx.validation.catalogue import RULES
+
+    page = (REPOSITORY / "docs/rules.md").read_text(encoding="utf-8")
+    assert page == markdown_page(list(RULES.values())) + "\n", "run: mrm rules --markdown > docs/rules.md"
+
+
+@pytest.mark.parametrize("page", [*PAGES, "docs/upstream-notes.md"])
+def test_links_of_the_pages_lead_somewhere(page: str) -> None:
+    path = REPOSITORY / page
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8"))
+    assert [link for link in links if not (path.parent / link).exists()] == []
+
+
+def test_benchmarks_and_figures_import() -> None:
+    scripts = ["benchmarks/run.py"] + (["docs/figures.py"] if shutil.which("ruff") and _has("matplotlib") else [])
+    for script in scripts:
+        code = f"import runpy; runpy.run_path({str(REPOSITORY / script)!r}, run_name='imported')"
+        subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def _has(module: str) -> bool:
+    from importlib.util import find_spec
+
+    return find_spec(module) is not None
