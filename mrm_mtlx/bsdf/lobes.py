@@ -313,9 +313,9 @@ def _microfacet(
     """Walter et al. 2007, eq. 20, for components first, (3, m) -> (3, m); zero below the surface."""
     above = (v[2] > 0.0) & (l[2] > 0.0)
     cos_v, cos_l = np.where(above, v[2], 1.0), np.where(above, l[2], 1.0)
-    m = v + l
-    scale = 1.0 / np.sqrt(np.maximum(m[0] * m[0] + m[1] * m[1] + m[2] * m[2], np.finfo(float).tiny))
-    m *= scale
+    # Where there is nothing to evaluate, any facet will do; v + l may vanish there.
+    m = np.where(above, v + l, np.array([[0.0], [0.0], [1.0]]))
+    m /= np.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
     cos_m = np.minimum(np.abs(v[0] * m[0] + v[1] * m[1] + v[2] * m[2]), 1.0)
     lambda_v = ggx.smith_lambda(v[0], v[1], cos_v, alpha_x, alpha_y)
     lambda_l = ggx.smith_lambda(l[0], l[1], cos_l, alpha_x, alpha_y)

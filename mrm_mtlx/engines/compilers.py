@@ -68,8 +68,8 @@ def compile_slang(shader: Shader) -> str:
             path.write_text(source, encoding="utf-8")
             command = ["slangc", str(path), "-o", str(Path(folder) / "shader.slang-module")]
             return _with_source(_run(command, folder), source)
-    # slangpy compiles for its CPU device, which refuses derivatives (fwidth) in an entry point, though they are no error
-    # of the source: so the module is compiled as functions, without its entry points.
+    # slangpy compiles for its CPU device, which refuses derivatives (fwidth) in an entry point, though they are no
+    # error of the source: so the module is compiled as functions, without its entry points.
     functions = re.sub(r'\[shader\("\w+"\)\]', "", source)
     try:
         with silenced():

@@ -37,7 +37,6 @@ class DataLibrary:
     search_path: mx.FileSearchPath
 
 
-@cache
 def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
     """Load the standard library and, for `Origin.MRM`, ours before it; one copy per process.
 
@@ -45,6 +44,11 @@ def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
     Each of the two is loaded in a call and with a search path of its own: a folder name resolves to its first match on
     the path alone, so that one common path would hide one of the two libraries.
     """
+    return _load(origin)
+
+
+@cache
+def _load(origin: Origin) -> DataLibrary:
     document = mx.createDocument()
     search_path = mx.getDefaultDataSearchPath()
     if origin is Origin.MRM:

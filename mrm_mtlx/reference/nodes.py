@@ -140,7 +140,8 @@ def _roughness_anisotropy(inputs: Inputs) -> Value:
     aspect = np.sqrt(1.0 - np.clip(anisotropy, 0.0, 0.98))
     stretched = anisotropy > 0.0
     alpha_x = np.where(stretched, np.minimum(alpha / aspect, 1.0), alpha)
-    return np.stack([alpha_x, np.where(stretched, alpha * aspect, alpha)])
+    alpha_y = np.where(stretched, alpha * aspect, alpha)
+    return np.stack([np.atleast_1d(alpha_x), np.atleast_1d(alpha_y)])  # (2, 1) and not (2,), which would be two samples
 
 
 @node("ND_artistic_ior")

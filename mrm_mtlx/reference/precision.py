@@ -16,8 +16,8 @@ from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
-# Relative error of acos: 4096 ulp (an ulp is two units), by Vulkan 1.3, "Precision and Operation of SPIR-V Instructions"
-# (acos is built on atan2); GLSL gives no bound.
+# Relative error of acos: 4096 ulp (an ulp is two units), by Vulkan 1.3, "Precision and Operation of SPIR-V
+# Instructions" (acos is built on atan2); GLSL gives no bound.
 ARCCOS_ERROR = 4096.0 * 2.0 * UNIT / ROUNDING_FACTOR
 
 # Relative error of what is left under a square root by cancellation: 2 ulp of the root before it, by GLSL 4.60, section

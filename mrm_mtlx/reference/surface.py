@@ -29,8 +29,11 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.nodes import Value
 
-# Graphs deeper than this are refused with a message instead of running into the interpreter's own limit.
-MAXIMUM_DEPTH = 200
+# Graphs deeper than this are refused with a message instead of running into the interpreter's own limit of 1000 frames,
+# of which a node takes five.
+MAXIMUM_DEPTH = 120
+
+_GEOMETRY = ("Nworld", "Tworld", "Pworld", "UV0")
 
 
 class UnsupportedError(Exception):
@@ -75,10 +78,10 @@ class Surface:
     def __init__(self, element: Any) -> None:
         self._element = element
         self._document = element.getDocument()  # elements do not keep their document alive
-        unknown: set[str] = set()
-        _survey(_shader_node(element), unknown, set(), 0)
-        if unknown:
-            raise UnsupportedError(sorted(unknown))
+        survey = _Survey()
+        survey.visit(_shader_node(element))
+        if survey.unknown:
+            raise UnsupportedError(sorted(survey.unknown))
 
     def response(self, points: ShadingPoints, move: Move = EXACT) -> Array:
         """Radiance per unit irradiance of one light, the cosine of l included, shape (samples, 3), float64.
@@ -264,10 +267,10 @@ def constant_input(node: Any, name: str) -> Array | str | None:
     colours and vectors (components,).
     """
     definition = node.getNodeDef()
-    given, unknown = node.getInput(name), set[str]()
+    given, survey = node.getInput(name), _Survey()
     if given is not None:
-        _survey(_connected(given), unknown, set(), 0)
-    if unknown:
+        survey.visit(_connected(given))
+    if survey.unknown:
         return None
     evaluation = _Evaluation(_TWO_POINTS, EXACT)
     try:
@@ -332,42 +335,64 @@ def _graph(definition: Any) -> Any:
     return implementation if implementation is not None and implementation.isA(mx.NodeGraph) else None
 
 
-def _survey(node: Any, unknown: set[str], seen: set[str], depth: int) -> None:
-    """Collect what the reference does not know in everything that a node depends on."""
-    if node is None:
-        return
-    if depth > MAXIMUM_DEPTH:
-        msg = f"the graph is deeper than {MAXIMUM_DEPTH} nodes, or cyclic, at {node.getNamePath()}"
-        raise RecursionError(msg)
-    path = node.getNamePath()
-    if path in seen:
-        return
-    seen.add(path)
-    definition = node.getNodeDef()
-    if definition is None:
-        unknown.add(str(node.getCategory()))
-        return
-    for given in node.getInputs():
-        if given.getType().startswith("color") and given.getValueString():
-            space = given.getActiveColorSpace()
-            if space not in _COLOR_SPACES:
-                unknown.add(f"colour space {space}")
-        _survey(_connected(given), unknown, seen, depth + 1)
-        interface = given.getInterfaceInput()
-        if interface is not None:
-            _survey(_connected(interface), unknown, seen, depth + 1)
-    if definition.getName() in NODES:
-        for declared in definition.getActiveInputs():
-            geometry = declared.getDefaultGeomPropString()
-            if geometry not in ("", "Nworld", "Tworld", "Pworld", "UV0") and node.getInput(declared.getName()) is None:
-                unknown.add(f"geometric property {geometry}")
-        return
-    graph = _graph(definition)
-    if graph is None:
-        unknown.add(str(definition.getName()))
-        return
-    for output in graph.getOutputs():
-        _survey(output.getConnectedNode(), unknown, seen, depth + 1)
+@dataclass
+class _Survey:
+    """What the reference does not know in everything that a node depends on.
+
+    `heights` are the lengths of the longest chains that end at the nodes already seen, `trail` the nodes on the way.
+    """
+
+    unknown: set[str] = field(default_factory=set)
+    heights: dict[str, int] = field(default_factory=dict)
+    trail: list[str] = field(default_factory=list)
+
+    def visit(self, node: Any) -> int:
+        """Survey a node; the length of the longest chain of nodes that ends at it.
+
+        Raises
+        ------
+        RecursionError
+            If the graph is cyclic, or deeper than `MAXIMUM_DEPTH`.
+        """
+        if node is None:
+            return 0
+        path = node.getNamePath()
+        if path in self.trail:
+            msg = f"the graph is cyclic at {path}"
+            raise RecursionError(msg)
+        if len(self.trail) + self.heights.get(path, 1) > MAXIMUM_DEPTH:
+            msg = f"the graph is deeper than {MAXIMUM_DEPTH} nodes at {path}"
+            raise RecursionError(msg)
+        if path not in self.heights:
+            self.trail.append(path)
+            self.heights[path] = 1 + max((self.visit(n) for n in self._sources(node)), default=0)
+            self.trail.pop()
+        return self.heights[path]
+
+    def _sources(self, node: Any) -> list[Any]:
+        """Nodes that a node takes values from; what it needs and the reference lacks is noted."""
+        definition = node.getNodeDef()
+        if definition is None:
+            self.unknown.add(str(node.getCategory()))
+            return []
+        sources = []
+        for given in node.getInputs():
+            if given.getType().startswith("color") and given.getValueString():
+                space = given.getActiveColorSpace()
+                if space not in _COLOR_SPACES:
+                    self.unknown.add(f"colour space {space}")
+            sources += [_connected(element) for element in (given, given.getInterfaceInput()) if element is not None]
+        if definition.getName() in NODES:
+            for declared in definition.getActiveInputs():
+                geometry = declared.getDefaultGeomPropString()
+                if geometry not in ("", *_GEOMETRY) and node.getInput(declared.getName()) is None:
+                    self.unknown.add(f"geometric property {geometry}")
+            return sources
+        graph = _graph(definition)
+        if graph is None:
+            self.unknown.add(str(definition.getName()))
+            return sources
+        return sources + [output.getConnectedNode() for output in graph.getOutputs()]
 
 
 def _unit(a: Array) -> Array:

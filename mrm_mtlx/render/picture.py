@@ -144,7 +144,7 @@ def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool
 def _light(degrees: float | None) -> PointLight | DirectionalLight:
     irradiance = float(np.pi)
     if degrees is None:
-        intensity = irradiance * float(EYE @ EYE)
+        intensity = irradiance * (float(np.linalg.norm(EYE)) + 1.0) ** 2  # see PointLight
         return PointLight(tuple(float(x) for x in EYE), (intensity, intensity, intensity))
     angle, to_eye = np.deg2rad(degrees), EYE / np.linalg.norm(EYE)
     right = np.cross([0.0, 1.0, 0.0], to_eye)

@@ -137,7 +137,7 @@ class _ElementCheck:
         lobes: list[sampling.LobeShape] = []
         try:
             surface = Surface(self._element)
-        except UnsupportedError as error:
+        except (UnsupportedError, RecursionError) as error:
             self._reason = str(error)
         else:
             probe = sampling.shading_points(rng, *sampling.sample_local(rng, 2))

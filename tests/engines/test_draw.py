@@ -18,6 +18,9 @@ OVERHEAD = Lighting(DirectionalLight((0.0, 0.0, 1.0)))
 # 2.5 ulp, inversesqrt 2 ulp), n.l is a sum of three products (5), then five products by the colour and 1 / pi (5 + 2).
 LAMBERT_TOL = 20 * UNIT
 
+# Share of the samples in which a planted error has to show.
+MOST = 0.5
+
 LAMBERT = """
 <geompropvalue name="paint" type="color3"><input name="geomprop" type="string" value="paint"/></geompropvalue>
 <oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">
@@ -63,14 +66,13 @@ def test_a_lambertian_surface_is_colour_times_cosine_over_pi(program, surface_do
     inputs = {**surface_inputs(np.tile([0.0, 0.0, 1.0], (count, 1)), normal), "i_geomprop_paint": paint}
     drawn = linked.draw(inputs, Lighting(DirectionalLight(tuple(to_light))))
     assert np.all(drawn[:, 3] == 1.0)
-    # Fewer than 1 in 100 normals of the spread drawn are steep enough for n.l to cancel.
+    # Where n.l cancels, its rounding is relative to the products and not to it.
     lit = unit @ to_light > 0.2
-    assert np.mean(lit) > 0.9
+    assert np.mean(lit) > MOST
     assert lambert_misses(drawn[lit], paint[lit], unit[lit], to_light) == 0.0
-    # One unit in the twentieth bit of the colour, the cosine left out, samples exchanged: each is seen.
-    assert lambert_misses(drawn[lit] * np.float32(1.0 + 2.0**-19), paint[lit], unit[lit], to_light) > 0.5
-    assert lambert_misses(paint[lit] / np.pi, paint[lit], unit[lit], to_light) > 0.5
-    assert lambert_misses(drawn[lit][::-1], paint[lit], unit[lit], to_light) > 0.5
+    # A slip in the twentieth bit of the colour, the cosine left out, samples exchanged: each is seen.
+    for wrong in (drawn[lit] * np.float32(1.0 + 2.0**-19), paint[lit] / np.pi, drawn[lit][::-1]):
+        assert lambert_misses(wrong, paint[lit], unit[lit], to_light) > MOST
 
 
 def test_irradiance_multiplies_and_no_light_is_dark(program, surface_document, surface_inputs):
@@ -137,8 +139,8 @@ def test_essl_and_glsl_give_the_same_numbers(program, surface_document, surface_
     # Bit for bit: the sources differ in their declarations, and one compiler turns both into the same arithmetic.
     assert np.array_equal(glsl, essl)
     # The flag is an initialised uniform in GLSL and has to be uploaded in ESSL.
-    off = program(surface_document(BRUSHED.format(flag="false")), target="essl").draw(inputs, lighting)
-    assert np.mean(np.any(glsl != off, axis=-1)) > 0.9
+    off = program(on, target="essl").draw(inputs, lighting, {"bsdf_retroreflective": False})
+    assert np.mean(np.any(glsl != off, axis=-1)) > MOST
 
 
 def test_uniforms_of_a_draw_replace_those_of_the_document(program, surface_document, surface_inputs, rng, hemisphere):
@@ -234,16 +236,10 @@ def test_integers_reach_the_shader(program, make_document, target):
     assert np.array_equal(drawn[:, 0], counts)
 
 
-def test_a_program_is_released_with_its_block_and_the_driver_has_no_complaint(
-    surface_document, surface_inputs, shader_of, gl_clean
-):
-    shader = shader_of(surface_document(BRUSHED.format(flag="true")))
-    inputs = surface_inputs([0.6, 0.0, 0.8])
-    results = []
-    for _ in range(3):
+def test_a_program_is_released_with_its_block_and_the_driver_has_no_complaint(make_document, shader_of, gl_clean):
+    shader = shader_of(make_document(GLOWING), element="lamp")
+    for glow in ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]):
         with SurfaceProgram(shader) as linked:
-            results.append(linked.draw(inputs, OVERHEAD))
+            drawn = linked.draw({"i_geomprop_glow": [glow]}, Lighting())
         gc.collect()
-    assert np.array_equal(results[0], results[1])
-    assert np.array_equal(results[1], results[2])
-    assert np.all(results[0] > 0.0)
+        assert drawn[0, :3].tolist() == glow

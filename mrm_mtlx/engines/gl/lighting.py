@@ -27,7 +27,7 @@ class DirectionalLight:
 
 @dataclass(frozen=True)
 class PointLight:
-    """A light at a point; the irradiance falls as intensity / distance^2. World space."""
+    """A light at a point; MaterialX has its irradiance fall as intensity / (distance + 1)^2. World space."""
 
     position: Vector
     intensity: Vector

@@ -79,6 +79,7 @@ class SurfaceProgram:
         self._context = context()
         self._shader = shader
         self._textures: dict[str, Any] = {}
+        self._document_values = {port.variable: port.value for port in shader.uniforms if port.value is not None}
         try:
             self._program = self._context.program(
                 vertex_shader=vertex_source(shader), fragment_shader=shader.sources["pixel"]
@@ -159,7 +160,7 @@ class SurfaceProgram:
         lighting
             Light, environment and eye.
         uniforms
-            Values that replace those of the document, by variable name.
+            Values that replace those of the document in this draw, by variable name.
 
         Returns
         -------
@@ -180,9 +181,10 @@ class SurfaceProgram:
         if unknown:
             msg = f"the shader has no uniform {', '.join(unknown)}"
             raise KeyError(msg)
-        for name, value in (uniforms or {}).items():
-            self._set(name, value)
         with contextlib.ExitStack() as stack:
+            for name, value in (uniforms or {}).items():
+                self._set(name, value)
+                stack.callback(self._set, name, self._document_values.get(name, value))
             self._set_lighting(lighting, stack)
             return self._draw_points(inputs, stack)
 

@@ -29,15 +29,15 @@ def vertex_source(shader: Shader) -> str:
     """GLSL of the vertex stage for a generated pixel stage, in the same language version."""
     version = shader.sources["pixel"].split("\n", 1)[0]
     # Interface variables of integer type cannot be interpolated; GLSL asks for `flat` on both sides.
-    declarations = [
-        f"{'flat ' if port.type == 'integer' else ''}{GLSL_TYPES[port.type]} {port.variable};" for port in shader.inputs
-    ]
+    flat = ["flat " if port.type == "integer" else "" for port in shader.inputs]
+    declarations = [f"{GLSL_TYPES[port.type]} {port.variable};" for port in shader.inputs]
     lines = [version, "uniform ivec2 mrm_size;"]
     lines += [f"in {GLSL_TYPES[port.type]} mrm_{port.variable};" for port in shader.inputs]
     if shader.input_block and declarations:
-        lines += ["out VertexData {", *declarations, f"}} {shader.input_block};"]
+        members = [f"{qualifier}{line}" for qualifier, line in zip(flat, declarations, strict=True)]
+        lines += ["out VertexData {", *members, f"}} {shader.input_block};"]
     else:
-        lines += [f"out {line}" for line in declarations]
+        lines += [f"{qualifier}out {line}" for qualifier, line in zip(flat, declarations, strict=True)]
     prefix = f"{shader.input_block}." if shader.input_block else ""
     lines += [
         "void main() {",
