@@ -12,13 +12,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+# Largest image that is read, in values: 16384 x 16384 with one channel. A header can claim more than memory holds.
+MAXIMUM_VALUES = 1 << 28
+
+
 def read_image(path: Path) -> NDArray[np.float32]:
     """Pixels of an image file, shape (height, width, channels), float32, row 0 at the top, values as stored.
 
     Raises
     ------
     ValueError
-        If the file is missing or is no image that OpenImageIO reads.
+        If the file is missing, is no image that OpenImageIO reads, or claims more than `MAXIMUM_VALUES` values.
     """
     import OpenImageIO as oiio
 
@@ -28,6 +32,9 @@ def read_image(path: Path) -> NDArray[np.float32]:
         raise ValueError(msg)
     try:
         spec = source.spec()
+        if spec.width * spec.height * spec.nchannels > MAXIMUM_VALUES:
+            msg = f"{path.name}: {spec.width} x {spec.height} pixels are more than are read"
+            raise ValueError(msg)
         pixels = source.read_image(format=oiio.FLOAT)
         if pixels is None:
             msg = f"{path.name}: cannot be decoded ({source.geterror().strip()})"

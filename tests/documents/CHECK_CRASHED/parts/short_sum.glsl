@@ -1,0 +1,6 @@
+#define TEN(x) x + x + x + x + x + x + x + x + x + x
+
+void dust(float x, out float result)
+{
+    result = TEN(x);
+}
