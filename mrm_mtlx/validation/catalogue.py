@@ -12,10 +12,10 @@ MAXIMUM_XML_DEPTH = 64
 MAXIMUM_INCLUDES = 64
 
 # Largest albedo that the check lets pass. MaterialX's energy compensation is a fit: an ideal white isotropic lobe comes
-# out at up to 1.086 (alpha 0.0025 at 85 degrees; measured with validation.energy over alpha 0.0025 to 1, 0 to 88 degrees).
+# out at up to 1.086 (alpha 0.0025 at 85 degrees; measured with validation.energy, alpha 0.0025 to 1, 0 to 88 degrees).
 ALBEDO_BOUND = 1.10
 
-# Up to this view angle [degrees], mean-width masking adds nothing: white lobes of up to (0.9, 0.1) stay below 0.98 there.
+# Up to this view angle [degrees], mean-width masking adds nothing: white lobes up to (0.9, 0.1) stay below 0.98 there.
 STEEP_DEGREES = 30.0
 
 # Below this width, the roundings of a half-vector (21 units of 2^-24, see reference.rounding) are a twentieth of the
@@ -223,7 +223,8 @@ RULES: dict[str, Rule] = {
             "surface reflects more light than it receives",
             "The directional albedo, the integral of response(v, l) over all l, is above 1 for some view direction and "
             f"channel. It is integrated by importance sampling over every lobe of the reference; values up to "
-            f"{ALBEDO_BOUND:g} pass, since MaterialX's energy compensation is a fit that gives an ideal white lobe as much.",
+            f"{ALBEDO_BOUND:g} pass, since MaterialX's energy compensation is a fit that gives an ideal white lobe as "
+            "much.",
             "Lower the reflectances, or put one lobe over the other with `layer` instead of `add`.",
         ),
         Rule(
