@@ -202,9 +202,12 @@ def check_color_spaces(document: mx.Document) -> Iterator[Finding]:
 
 def check_cycles(document: mx.Document) -> Iterator[Finding]:
     """A circle of connections, or a chain beyond `MAXIMUM_CHAIN`; the first one found."""
+    graphs = _defining_graphs(document)
     depth: dict[str, int] = {}
     for start in nodes_of(document):
-        open_nodes: list[tuple[Any, Iterator[Any]]] = [(start, iter(_upstream(start)))]
+        if start.getNamePath() in depth:
+            continue
+        open_nodes: list[tuple[Any, Iterator[Any]]] = [(start, iter(_upstream(start, graphs)))]
         on_path = {start.getNamePath()}
         while open_nodes:
             node, upstream = open_nodes[-1]
@@ -213,7 +216,7 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
             if following is None:
                 open_nodes.pop()
                 on_path.discard(path)
-                depth[path] = 1 + max((depth.get(n.getNamePath(), 0) for n in _upstream(node)), default=0)
+                depth[path] = 1 + max((depth.get(n.getNamePath(), 0) for n in _upstream(node, graphs)), default=0)
                 if depth[path] > MAXIMUM_CHAIN:
                     message = f"the node ends a chain of more than {MAXIMUM_CHAIN} nodes"
                     yield finding("DOC_CYCLE", location(node), message)
@@ -227,11 +230,20 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
                 yield finding("DOC_CYCLE", location(node), message)
                 return
             if name not in depth:
-                open_nodes.append((following, iter(_upstream(following))))
+                open_nodes.append((following, iter(_upstream(following, graphs))))
                 on_path.add(name)
 
 
-def _upstream(node: Any) -> list[Any]:
+def _defining_graphs(document: mx.Document) -> dict[str, list[Any]]:
+    """The document's graphs that define nodes, by the name of the definition."""
+    graphs: dict[str, list[Any]] = {}
+    for graph in document.getNodeGraphs():
+        if graph.getNodeDefString():
+            graphs.setdefault(graph.getNodeDefString(), []).append(graph)
+    return graphs
+
+
+def _upstream(node: Any, graphs: dict[str, list[Any]]) -> list[Any]:
     """Nodes that a node depends on: through its connections, its graph's interface, and the graph that defines it."""
     found = []
     for given in node.getInputs():
@@ -242,11 +254,10 @@ def _upstream(node: Any) -> list[Any]:
             source = output.getConnectedNode() if output is not None else element.getConnectedNode()
             if source is not None:
                 found.append(source)
-    definition = node.getNodeDef()
-    if definition is not None and definition.getDocument().getNodeDef(definition.getName()) is not None:
-        for graph in node.getDocument().getNodeGraphs():
-            if graph.getNodeDefString() == definition.getName():
-                found += [o.getConnectedNode() for o in graph.getOutputs() if o.getConnectedNode() is not None]
+    definition = node.getNodeDef() if graphs else None
+    if definition is not None:
+        for graph in graphs.get(definition.getName(), ()):
+            found += [o.getConnectedNode() for o in graph.getOutputs() if o.getConnectedNode() is not None]
     return [n for n in found if n.isA(mx.Node)]
 
 

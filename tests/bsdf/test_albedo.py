@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,6 +75,16 @@ DAMAGED_FITS = {
 @pytest.mark.parametrize("damage", sorted(DAMAGED_FITS))
 def test_a_wrong_fit_is_seen(true_factors, damage):
     assert misfits(DAMAGED_FITS[damage], true_factors, BROAD, FIT_ERROR) > MOST
+
+
+def test_the_fit_has_the_numbers_of_the_installed_materialx(upstream_library):
+    # Good to a few percent either way, so that quadrature cannot tell a wrong digit: the shader's own text does.
+    source = upstream_library.search_path.find("libraries/pbrlib/genglsl/lib/mx_microfacet_specular.glsl")
+    body = Path(source.asString()).read_text(encoding="utf-8").partition("vec3 mx_ggx_dir_albedo_analytic(")[2]
+    rows = re.findall(r"vec4\(([^)]*)\) ?\*? ?([xy2 *]*)", body.partition(";\n    vec2 AB")[0])
+    monomials = ["", "x", "y", "x * y", "x2", "y2", "x2 * y", "x * y2", "x2 * y2"]
+    assert [row[1].strip() for row in rows] == monomials
+    assert albedo._FIT.tolist() == [[float(number) for number in row[0].split(",")] for row in rows]
 
 
 def test_the_albedo_is_a_share(rng):

@@ -45,6 +45,22 @@ def test_a_smooth_diffuse_surface_is_lambertian(rng):
     assert np.all(np.abs(diffuse.oren_nayar(cos_v, cos_l, v_l, 0.01) * np.pi - 1.0) > FLOOR_TOL)
 
 
+def test_the_qualitative_model_has_its_trigonometric_form(rng, polar):
+    theta_v, theta_l, sigma = rng.uniform(0.05, 1.5, 1000), rng.uniform(0.05, 1.5, 1000), rng.uniform(0.0, 1.0, 1000)
+    phi = rng.uniform(0.0, 2.0 * np.pi, 1000)
+    v, l = polar(theta_v), polar(theta_l, phi)
+    # Oren and Nayar 1994, eq. 30: A + B max(0, cos(phi)) sin(alpha) tan(beta), alpha the larger angle, beta the smaller.
+    a = 1.0 - 0.5 * sigma**2 / (sigma**2 + 0.33)
+    b = 0.45 * sigma**2 / (sigma**2 + 0.09)
+    larger, smaller = np.maximum(theta_v, theta_l), np.minimum(theta_v, theta_l)
+    expected = (a + b * np.maximum(0.0, np.cos(phi)) * np.sin(larger) * np.tan(smaller)) / np.pi
+    cosines = v[:, 2], l[:, 2], np.sum(v * l, axis=-1)
+    # The product of the sines is got as a difference of cosines, divided by the larger, which is above 0.07.
+    tolerance = FORMULA_TOL / 0.07
+    np.testing.assert_allclose(diffuse.oren_nayar(*cosines, sigma), expected, rtol=tolerance)
+    assert np.max(np.abs(diffuse.oren_nayar(*cosines, 1.001 * sigma) / expected - 1.0)) > tolerance
+
+
 def test_the_rough_surface_is_brightest_towards_the_light():
     s, c = np.sin(1.0), np.cos(1.0)
     towards, away = (diffuse.oren_nayar(c, c, v_l, 0.5) for v_l in (1.0, c * c - s * s))

@@ -73,7 +73,6 @@ def test_each_library_is_loaded_once():
     assert load_library(Origin.UPSTREAM) is not load_library(Origin.MRM)
 
 
-@pytest.mark.xfail(strict=True, reason="the cache of load_library tells a default apart from the same value given")
 def test_the_default_library_is_the_same_copy_as_the_one_asked_for_by_name():
     assert load_library() is load_library(Origin.MRM)
 

@@ -178,7 +178,11 @@ PAINT = (
     "</oren_nayar_diffuse_bsdf>"
 )
 SPARKS = f'<conductor_bsdf name="sparks" type="BSDF">{WIDTH}</conductor_bsdf>'
-PARTS = COAT + PAINT + SPARKS
+GLAZE = (
+    f'<generalized_schlick_bsdf name="glaze" type="BSDF">{WIDTH}<input name="weight" type="float" value="0.5"/>'
+    '<input name="color0" type="color3" value="0.5, 0.25, 0.125"/></generalized_schlick_bsdf>'
+)
+PARTS = COAT + PAINT + SPARKS + GLAZE
 
 V, L = np.array([[0.6, 0.0, 0.8], [0.0, 0.28, 0.96]]), np.array([[0.0, 0.6, 0.8], [0.48, 0.36, 0.8]])
 
@@ -203,6 +207,21 @@ def paint_response() -> np.ndarray:
     return lambert[:, None] * np.array([0.5, 0.25, 0.125])
 
 
+def glaze_response() -> np.ndarray:
+    lobe = GeneralizedSchlick([0.5, 0.25, 0.125], alpha=(ALPHA, ALPHA), energy_compensation=True)
+    return 0.5 * lobe.eval(V, L) * L[:, 2:]
+
+
+def glaze_throughput() -> np.ndarray:
+    """Grey: the mean of the channels of 1 - weight * albedo * compensation."""
+    a, b = (factor[:, None] for factor in albedo.albedo_factors(V[:, 2], ALPHA))
+    f0 = np.array([0.5, 0.25, 0.125])
+    m = V + L
+    cos_m = (np.sum(V * m, axis=-1) / np.linalg.norm(m, axis=-1))[:, None]
+    compensation = albedo.compensation(fresnel.generalized_schlick(cos_m, f0, 1.0, 1.0, 5.0), a + b)
+    return np.mean(1.0 - 0.5 * (a * f0 + b) * compensation, axis=-1, keepdims=True)
+
+
 def sparks_response() -> np.ndarray:
     return Conductor(GOLD_N, GOLD_K, alpha=(ALPHA, ALPHA), energy_compensation=True).eval(V, L) * L[:, 2:]
 
@@ -212,6 +231,11 @@ COMBINATIONS = {
         '<layer name="bsdf" type="BSDF"><input name="top" type="BSDF" nodename="coat"/>'
         '<input name="base" type="BSDF" nodename="paint"/></layer>',
         lambda: coat_response() + coat_throughput() * paint_response(),
+    ),
+    "a coloured glaze over paint": (
+        '<layer name="bsdf" type="BSDF"><input name="top" type="BSDF" nodename="glaze"/>'
+        '<input name="base" type="BSDF" nodename="paint"/></layer>',
+        lambda: glaze_response() + glaze_throughput() * paint_response(),
     ),
     "paint over a coat": (
         '<layer name="bsdf" type="BSDF"><input name="top" type="BSDF" nodename="paint"/>'

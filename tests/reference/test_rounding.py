@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.reference import ROUNDING_FACTOR, Surface, Tolerance
-from mrm_mtlx.reference.rounding import EXACT, UNIT, Move, moves, value_sign
+from mrm_mtlx.reference import rounding
+from mrm_mtlx.reference.rounding import EXACT, Move, moves, value_sign
+
+# Relative error of one correctly rounded operation in float32.
+UNIT = float(np.finfo(np.float32).eps) / 2.0
 
 # Share of the samples in which a movement has to show.
 MOST = 0.5
@@ -80,6 +84,10 @@ def shoulder(surface_document, flat_points, alpha: float) -> float:
 def test_the_allowance_follows_the_width_of_the_lobe(surface_document, flat_points, alpha):
     least = ROUNDING_FACTOR * 2.0 * UNIT / alpha
     assert least < shoulder(surface_document, flat_points, alpha) < MOST_MOVES * least
+
+
+def test_the_unit_is_that_of_float32():
+    assert rounding.UNIT == UNIT
 
 
 def test_there_is_a_move_for_each_direction_the_numbers_and_each_delicate_part():

@@ -1,0 +1,76 @@
+"""Documents, and ways to check them: here, or in a process of its own with bounds."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from mrm_mtlx.library import Origin
+from mrm_mtlx.validation.document import check_document
+from mrm_mtlx.validation.runner import Settings, collect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from mrm_mtlx.validation.results import DocumentResult
+
+# Address space of a bounded check [bytes]. The interpreter with its libraries and a graphics driver maps 1.5 GiB; a
+# document that is expanded without bound passes any limit.
+MEMORY_LIMIT = 4 * 2**30
+# Seconds after which a bounded check counts as endless; it takes two or three.
+TIME_LIMIT_S = 120
+
+_LIMITED = """
+import sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[1]),) * 2)
+except ImportError:  # not POSIX: the time limit remains
+    pass
+from mrm_mtlx.cli.main import run
+sys.argv[:2] = ["mrm"]
+run()
+"""
+
+
+@pytest.fixture(scope="session")
+def documents(repository: Path) -> Path:
+    """Folder with a pair of documents per rule."""
+    return repository / "tests" / "documents"
+
+
+@pytest.fixture(scope="session")
+def settings() -> Callable[..., Settings]:
+    """Function to settings of a small run, with some of them changed."""
+
+    def make(**changes: object) -> Settings:
+        small = {"targets": ("glsl",), "samples": 512, "seed": 0, "origin": Origin.MRM, "jobs": 1, "timeout_s": 120.0}
+        return Settings(**{**small, **changes})
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def check(settings: Callable[..., Settings]) -> Callable[..., list[DocumentResult]]:
+    """Function from a path to the results of its documents, checked in this process."""
+
+    def run(path: Path, **changes: object) -> list[DocumentResult]:
+        missing, requests = collect([path], settings(**changes))
+        return missing + [check_document(request) for request in requests]
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def bounded() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Function from arguments of `mrm` to the finished process, whose memory and time are bounded."""
+
+    def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", _LIMITED, str(MEMORY_LIMIT), *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
+
+    return run

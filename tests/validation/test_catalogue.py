@@ -1,0 +1,138 @@
+"""Every rule has a document that triggers it and one, as similar as can be, that does not."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+
+from mrm_mtlx.cli import rules
+from mrm_mtlx.validation.catalogue import RULES
+from mrm_mtlx.validation.findings import Severity, finding
+from mrm_mtlx.validation.runner import validate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+# Where a rule needs another target than GLSL to show.
+TARGETS = {"SHADER_DIFFERS": ("glsl", "essl"), "SHADER_IGNORES_RETRO": ("glsl", "osl")}
+
+# These show in what the driver does with the shader.
+NEED_GL = {"SHADER_COMPILE", "SHADER_DIFFERS", "SHADER_NOT_FINITE", "CHECK_CRASHED", "CHECK_TIMEOUT"}
+
+# These end the process that checks the document.
+FATAL = {"CHECK_CRASHED", "CHECK_TIMEOUT"}
+
+# Seconds that the endless document is given. The other one of its pair takes about two.
+PATIENCE_S = 5.0
+
+LARGE = 100 * 2**20  # bytes
+
+
+def no_file(folder: Path, _: Path) -> Path:
+    return folder / "triggers.mtlx"
+
+
+def folder_of_a_folder(folder: Path, _: Path) -> Path:
+    (folder / "triggers.mtlx").mkdir()
+    return folder
+
+
+def large_file(folder: Path, passes: Path) -> Path:
+    path = folder / "triggers.mtlx"
+    path.write_bytes(passes.read_bytes())
+    os.truncate(path, LARGE)  # sparse: no disk is used
+    return path
+
+
+def latin_1(folder: Path, passes: Path) -> Path:
+    path = folder / "triggers.mtlx"
+    path.write_text(passes.read_text(encoding="utf-8"), encoding="latin-1")
+    return path
+
+
+# Documents that cannot be stored sensibly: a function from an empty folder and the document that passes to the path.
+BUILT: dict[str, Callable[[Path, Path], Path]] = {
+    "READ_MISSING": no_file,
+    "READ_FAILED": folder_of_a_folder,
+    "READ_TOO_LARGE": large_file,
+    "READ_ENCODING": latin_1,
+}
+
+
+@pytest.fixture
+def codes(request, check, settings) -> Callable[[str, Path], list[str]]:
+    """Function from a rule's code and a path to the codes that the path's documents get."""
+
+    def of(code: str, path: Path) -> list[str]:
+        if code in NEED_GL:
+            request.getfixturevalue("gl")
+        if code in FATAL:
+            found = validate([path], settings(timeout_s=PATIENCE_S if code == "CHECK_TIMEOUT" else 120.0)).documents
+        else:
+            found = check(path, targets=TARGETS.get(code, ("glsl",)))
+        return [f.code for document in found for f in document.findings]
+
+    return of
+
+
+@pytest.mark.parametrize("code", RULES)
+def test_every_rule_is_triggered_by_its_document_alone_and_not_by_the_one_beside_it(codes, documents, tmp_path, code):
+    right = documents / code / "passes.mtlx"
+    wrong = BUILT[code](tmp_path, right) if code in BUILT else documents / code / "triggers.mtlx"
+    assert set(codes(code, wrong)) == {code}
+    assert codes(code, right) == []
+    assert multiprocessing.active_children() == []
+
+
+def test_the_documents_are_those_of_the_catalogue_and_each_says_what_it_shows(documents):
+    assert sorted(path.name for path in documents.iterdir()) == sorted(RULES)
+    for code in RULES:
+        assert (documents / code / "triggers.mtlx").exists() != (code in BUILT), code
+        for path in documents.glob(f"{code}/*.mtlx"):
+            assert re.search(r"<!-- \w.+\. -->", path.read_text(encoding="utf-8"), re.DOTALL), path
+
+
+def test_a_pair_of_documents_differs_in_few_lines(documents):
+    # More would leave open which of the differences is the one that counts: a comment, and the wrong lines.
+    few = 8
+    for code in sorted(set(RULES) - set(BUILT) - {"READ_TOO_DEEP"}):
+        wrong, right = (
+            (documents / code / name).read_text(encoding="utf-8").splitlines()
+            for name in ("triggers.mtlx", "passes.mtlx")
+        )
+        assert 0 < len([line for line in wrong if line not in right]) <= few, code
+
+
+@pytest.mark.parametrize("code", RULES)
+def test_every_rule_is_explained_on_the_command_line_and_in_the_page(code):
+    rule = RULES[code]
+    page, whole = rules.page(rule), rules.markdown_page(list(RULES.values()))
+    assert rule.code == code
+    assert rule.severity in Severity
+    for text in (rule.title, rule.meaning, rule.remedy):
+        assert text == text.strip() != ""
+        assert "  " not in text  # a seam between two halves of a string
+    for text in (rule.meaning, rule.remedy):
+        assert text.endswith(".")
+        assert flat(text) in flat(page)
+        assert flat(text) in flat(whole)
+    assert page.startswith(f"{code} ({rule.severity}): {rule.title}\n")
+    assert f"\n## {code}\n\n*{rule.severity}*: {rule.title}\n" in whole
+
+
+def flat(text: str) -> str:
+    """Text without white space: where lines are broken, at a space or a hyphen, does not count."""
+    return "".join(text.split())
+
+
+def test_a_finding_takes_severity_and_hint_from_its_rule():
+    plain = finding("DOC_CYCLE", "/a", "found")
+    assert (plain.severity, plain.hint) == (RULES["DOC_CYCLE"].severity, RULES["DOC_CYCLE"].remedy)
+    assert finding("DOC_CYCLE", "/a", "found", "do this").hint == "do this"
+    with pytest.raises(KeyError):
+        finding("DOC_SQUARE", "/a", "found")
