@@ -54,9 +54,8 @@ def test_a_command_of_the_pages_runs(command: str, tmp_path: Path) -> None:
     (tmp_path / "materials").symlink_to(REPOSITORY / "materials")
     arguments = shlex.split(RUN[command])
     assert arguments[0] == "mrm"
-    done = subprocess.run(
-        [sys.executable, "-m", "mrm_mtlx.cli.main", *arguments[1:]], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-m", "mrm_mtlx.cli.main", *arguments[1:]]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     # Without a driver, nothing can be compared (3), and the doctor says so (1).
     allowed = (0, 3) if "conformance" in command else (0, 1) if "doctor" in command else (0,)
     assert done.returncode in allowed, done.stderr

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -23,7 +23,7 @@ PLATE = "materials/licence_plate.mtlx"
 # Seconds after which a command that takes a few counts as hanging.
 PATIENCE_S = 180
 
-Run = "Callable[..., subprocess.CompletedProcess[str]]"
+Run: TypeAlias = "Callable[..., subprocess.CompletedProcess[str]]"
 
 
 @pytest.fixture(scope="module")
