@@ -49,7 +49,7 @@ def test_the_qualitative_model_has_its_trigonometric_form(rng, polar):
     theta_v, theta_l, sigma = rng.uniform(0.05, 1.5, 1000), rng.uniform(0.05, 1.5, 1000), rng.uniform(0.0, 1.0, 1000)
     phi = rng.uniform(0.0, 2.0 * np.pi, 1000)
     v, l = polar(theta_v), polar(theta_l, phi)
-    # Oren and Nayar 1994, eq. 30: A + B max(0, cos(phi)) sin(alpha) tan(beta), alpha the larger angle, beta the smaller.
+    # Oren and Nayar 1994, eq. 30: A + B max(0, cos(phi)) sin(larger angle) tan(smaller angle).
     a = 1.0 - 0.5 * sigma**2 / (sigma**2 + 0.33)
     b = 0.45 * sigma**2 / (sigma**2 + 0.09)
     larger, smaller = np.maximum(theta_v, theta_l), np.minimum(theta_v, theta_l)

@@ -85,11 +85,13 @@ def asymmetry(candidate: Lobe, facets: Lobe, v: Array, l: Array) -> float:
     """Share of the pairs for which f(v, l) is not f(l, v).
 
     Both have the same facet and so the same D; v.m and l.m are equal but for the rounding of m, which grows as v + l
-    shrinks, and the reflectance follows them. Measured against the perfectly reflecting lobe.
+    shrinks, and the reflectance follows them. A film's amplitudes are roots of reflectances, which vanish at Brewster's
+    angles: a rounding there is the root of a rounding. Measured against the perfectly reflecting lobe.
     """
     seen = mirror(v) if facets.retroreflective else v
     cosine_error = 16 * EPS / np.linalg.norm(seen + l, axis=-1, keepdims=True)
-    allowed = (16 * EPS + STEEPEST * cosine_error) * white(facets).eval(v, l)
+    film_error = 4.0 * np.sqrt(EPS) if facets.thinfilm_thickness else 16 * EPS
+    allowed = (film_error + STEEPEST * cosine_error) * white(facets).eval(v, l)
     difference = np.abs(candidate.eval(v, l) - candidate.eval(l, v))
     return float(np.mean(np.any(difference > allowed, axis=-1)))
 

@@ -33,8 +33,9 @@ RGB_FROM_XYZ = [
 ]
 
 # Absolute, for XYZ in [0, 1]. A phase of a film of 1000 nm is at most 2 * 2 pi * 2.2e6 * 2 * 2.5e-6 = 140 rad, each of
-# a few roundings; a metal's phase is the angle of a cancelled sum, its roots as uncertain as those of the reflectance.
-XYZ_TOL = 140 * 8 * EPS + 1e-12
+# a few roundings. The amplitudes here are roots of reflectances there, which cancel to nothing at Brewster's angles: a
+# rounding of one is the root of a rounding of the other.
+XYZ_TOL = 140 * 8 * EPS + 4 * np.sqrt(EPS)
 
 # The rows of the matrix to RGB add up to 3.8 in magnitude.
 RGB_TOL = 4 * XYZ_TOL

@@ -38,17 +38,34 @@ def shader_of(library: DataLibrary) -> Callable[..., Shader]:
     return make
 
 
+@pytest.fixture(scope="session")
+def programs() -> Iterator[dict[str, SurfaceProgram]]:
+    """Programs by pixel source, kept for the session: a driver takes a second for each new one."""
+    kept: dict[str, SurfaceProgram] = {}
+    yield kept
+    for each in kept.values():
+        each.release()
+
+
 @pytest.fixture
-def program(gl_clean, shader_of: Callable[..., Shader]) -> Iterator[Callable[..., SurfaceProgram]]:
+def program(
+    gl_clean, shader_of: Callable[..., Shader], programs: dict[str, SurfaceProgram]
+) -> Iterator[Callable[..., SurfaceProgram]]:
     """Function from a document, as for `shader_of`, to its program."""
-    made: list[SurfaceProgram] = []
+    textured: list[SurfaceProgram] = []
 
     def link(document: mx.Document, textures: dict[str, Array] | None = None, **options: str) -> SurfaceProgram:
-        made.append(SurfaceProgram(shader_of(document, **options), textures))
-        return made[-1]
+        shader = shader_of(document, **options)
+        if textures is not None:
+            textured.append(SurfaceProgram(shader, textures))
+            return textured[-1]
+        source = shader.sources["pixel"]
+        if source not in programs:
+            programs[source] = SurfaceProgram(shader)
+        return programs[source]
 
     yield link
-    for each in made:
+    for each in textured:
         each.release()
 
 

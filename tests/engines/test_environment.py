@@ -22,7 +22,6 @@ MOST = 0.9
 
 BSDF = """
 <{node}_bsdf name="bsdf" type="BSDF">
-  <input name="roughness" type="vector2" value="{alpha}"/>
   <input name="retroreflective" type="boolean" value="true"/>
   {more}
 </{node}_bsdf>
@@ -33,8 +32,8 @@ BSDF = """
 def bsdf(program, surface_document):
     """Function to the program of one of the three nodes."""
 
-    def link(node: str, alpha: str, more: str = "", **damage: str):
-        return program(surface_document(BSDF.format(node=node, alpha=alpha, more=more)), **damage)
+    def link(node: str, more: str = "", **damage: str):
+        return program(surface_document(BSDF.format(node=node, more=more)), **damage)
 
     return link
 
@@ -44,9 +43,9 @@ def white(radiance: float = 1.0) -> Environment:
     return Environment(np.full((16, 32, 3), radiance), np.full((1, 1, 3), radiance))
 
 
-def with_flag(value: bool) -> dict[str, bool]:
-    """The flag as a uniform of one draw."""
-    return {"bsdf_retroreflective": value}
+def numbers(flag: bool, alpha_x: float = 0.05, alpha_y: float = 0.05) -> dict[str, object]:
+    """Flag and widths as uniforms of one draw."""
+    return {"bsdf_retroreflective": flag, "bsdf_roughness": (alpha_x, alpha_y)}
 
 
 @pytest.fixture
@@ -54,9 +53,9 @@ def seen(bsdf, surface_inputs, spot):
     """Function to what a surface shows of a spot behind the viewer, and of one in the mirror direction."""
 
     def look(node: str, flag: bool, **damage: str) -> tuple[float, float]:
-        linked = bsdf(node, "0.05, 0.05", **damage)
+        linked = bsdf(node, **damage)
         return tuple(
-            float(linked.draw(surface_inputs(VIEW), Lighting(environment=spot(d)), with_flag(flag))[0, 0])
+            float(linked.draw(surface_inputs(VIEW), Lighting(environment=spot(d)), numbers(flag))[0, 0])
             for d in (VIEW, MIRROR)
         )
 
@@ -89,7 +88,7 @@ def furnace_differences(linked, v, surface_inputs) -> float:
     half a turn about n: the two are compared in these, where every sample of one has its equal in the other.
     """
     on, off = (
-        linked.draw(surface_inputs(v, tangent=(x, 0.0, 0.0)), Lighting(environment=white()), with_flag(flag))
+        linked.draw(surface_inputs(v, tangent=(x, 0.0, 0.0)), Lighting(environment=white()), numbers(flag, 0.3, 0.1))
         for flag, x in ((True, 1.0), (False, -1.0))
     )
     # Bit for bit: with n = z, mirroring v is a change of two signs, exact like the turn of the frame.
@@ -98,12 +97,12 @@ def furnace_differences(linked, v, surface_inputs) -> float:
 
 @by_node
 def test_in_a_white_furnace_the_flag_makes_no_difference(bsdf, surface_inputs, rng, hemisphere, node):
-    assert furnace_differences(bsdf(node, "0.3, 0.1"), hemisphere(rng, 1000), surface_inputs) == 0.0
+    assert furnace_differences(bsdf(node), hemisphere(rng, 1000), surface_inputs) == 0.0
 
 
 def test_a_furnace_that_depends_on_the_flag_is_seen(bsdf, surface_inputs, rng, hemisphere):
     tilted = {"old": "? reflect(-closureData.V, N)", "new": "? normalize(N + reflect(-closureData.V, N))"}
-    linked = bsdf("conductor", "0.3, 0.1", **tilted)
+    linked = bsdf("conductor", **tilted)
     assert furnace_differences(linked, hemisphere(rng, 1000), surface_inputs) > MOST
 
 
@@ -112,12 +111,12 @@ FURNACE_TOL = 0.05
 
 
 def test_a_white_surface_in_a_white_furnace_is_white(bsdf, surface_inputs, rng, hemisphere):
-    linked = bsdf("generalized_schlick", "0.3, 0.3")
+    linked = bsdf("generalized_schlick")
     v = hemisphere(rng, 1000)
     inputs = surface_inputs(v[v[:, 2] > 0.1])
-    drawn = linked.draw(inputs, Lighting(environment=white()))[:, :3]
+    drawn = linked.draw(inputs, Lighting(environment=white()), numbers(True, 0.3, 0.3))[:, :3]
     assert np.max(np.abs(drawn - 1.0)) < FURNACE_TOL
-    twice = linked.draw(inputs, Lighting(environment=white(2.0)))[:, :3]
+    twice = linked.draw(inputs, Lighting(environment=white(2.0)), numbers(True, 0.3, 0.3))[:, :3]
     assert np.array_equal(twice, 2.0 * drawn)
 
 
@@ -125,12 +124,12 @@ AXES = np.concatenate([np.eye(3), -np.eye(3), [[0.48, 0.64, -0.6]]])
 
 
 def test_the_environment_lies_as_its_class_says(bsdf, surface_inputs, spot):
-    linked = bsdf("conductor", "0.05, 0.05")
+    linked = bsdf("conductor")
     for direction in AXES:
         # Looked at from straight above, a mirror shows what is straight above it.
         tangent = np.cross(direction, np.roll(direction, 1) + np.array([0.0, 0.1, 0.3]))
         inputs = surface_inputs(direction, normal=direction, tangent=tangent / np.linalg.norm(tangent))
-        shown = [float(linked.draw(inputs, Lighting(environment=spot(d)), with_flag(False))[0, 0]) for d in AXES]
+        shown = [float(linked.draw(inputs, Lighting(environment=spot(d)), numbers(False))[0, 0]) for d in AXES]
         assert np.array_equal(AXES[int(np.argmax(shown))], direction)
         assert max(shown) > CONTRAST * sorted(shown)[-2]
 
@@ -153,7 +152,8 @@ def transmission_differences(linked, surface_inputs, rng) -> float:
     v = rng.normal(size=(500, 3)) * [0.4, 0.4, 0.0] + [0.0, 0.0, 1.0]
     v /= np.linalg.norm(v, axis=-1, keepdims=True)
     on, off = (
-        linked.draw(surface_inputs(v), Lighting(environment=surroundings), with_flag(flag)) for flag in (True, False)
+        linked.draw(surface_inputs(v), Lighting(environment=surroundings), numbers(flag, 0.2, 0.1))
+        for flag in (True, False)
     )
     assert np.mean(off[:, :3] > 0.0) > MOST  # something is transmitted
     return float(np.mean(np.any(on != off, axis=-1)))
@@ -169,10 +169,10 @@ GLASS = {
 
 @pytest.mark.parametrize("node", GLASS)
 def test_transmission_is_the_same_with_and_without_the_flag(bsdf, surface_inputs, rng, node):
-    assert transmission_differences(bsdf(node, "0.2, 0.1", more=GLASS[node]), surface_inputs, rng) == 0.0
+    assert transmission_differences(bsdf(node, GLASS[node]), surface_inputs, rng) == 0.0
 
 
 def test_a_surface_that_mirrors_the_view_in_transmission_too_is_seen(bsdf, surface_inputs, rng):
     damage = {"old": "(retroreflective && reflects)", "new": "retroreflective"}
-    linked = bsdf("dielectric", "0.2, 0.1", more=GLASS["dielectric"], **damage)
+    linked = bsdf("dielectric", GLASS["dielectric"], **damage)
     assert transmission_differences(linked, surface_inputs, rng) > MOST

@@ -60,7 +60,8 @@ def lobe_misses(surface: Surface, lobe, points) -> float:
     """Share of the samples for which a surface's response is not the lobe times the cosine of l.
 
     The closure normalises v and cancels n.l: the same numbers but for roundings. Those of v' + l grow as it shrinks and
-    move D by 4 / alpha times as much; films follow the cosine with a slope of up to 100.
+    move D by 4 / alpha times as much; films follow the cosine with a slope of up to 100 and, at Brewster's angles,
+    where a reflectance vanishes, are wrong by the root of a rounding.
     """
     v, l = points.view, points.light
     seen = mirror(v) if lobe.retroreflective else v
@@ -68,7 +69,8 @@ def lobe_misses(surface: Surface, lobe, points) -> float:
     white = GeneralizedSchlick(1.0, alpha=lobe.alpha, retroreflective=lobe.retroreflective, energy_compensation=True)
     direction_error = 16 * EPS / np.linalg.norm(seen + l, axis=-1, keepdims=True)
     grazing = 16 * EPS / np.minimum(v[:, 2:], l[:, 2:])
-    tolerance = (grazing + direction_error * (4.0 / ALPHA + 100.0)) * white.eval(v, l) * l[:, 2:]
+    film_error = 4.0 * np.sqrt(EPS) if lobe.thinfilm_thickness else 0.0
+    tolerance = (grazing + film_error + direction_error * (4.0 / ALPHA + 100.0)) * white.eval(v, l) * l[:, 2:]
     return float(np.mean(np.any(np.abs(surface.response(points) - expected) > tolerance, axis=-1)))
 
 
