@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -119,8 +120,8 @@ def _junit_suite(suites: ET.Element, document: DocumentResult) -> None:
 
 
 def _xml(text: str) -> str:
-    """Text without the control characters that XML 1.0 cannot hold."""
-    return "".join(c if c in "\t\n\r" or ord(c) >= 32 else "\ufffd" for c in text)
+    """Text without what XML 1.0 cannot hold (section 2.2): controls, lone surrogates, U+FFFE and U+FFFF."""
+    return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
 
 
 def _escape(text: str, also: str = "") -> str:

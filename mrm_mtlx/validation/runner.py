@@ -66,7 +66,7 @@ def validate(
 def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentResult], list[Request]]:
     """Results for paths that cannot be checked, and a request per document, each document once."""
     missing: list[DocumentResult] = []
-    requests: dict[str, Request] = {}
+    requests: dict[Path, Request] = {}
     for path in paths:
         if not path.exists():
             message = f"'{path.as_posix()}' does not exist"
@@ -75,24 +75,30 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
         is_folder = path.is_dir()
         root = path if is_folder else path.parent
         for file in sorted(path.rglob(f"*{SUFFIX}"), key=Path.as_posix) if is_folder else [path]:
-            name = shown(file)
+            name = shown(file, path if is_folder else None)
             if is_folder and not file.resolve().is_relative_to(root.resolve()):
                 message = "the document is a link that leads out of the folder being checked"
                 missing.append(DocumentResult(name, [finding("READ_OUTSIDE", "", message)]))
                 continue
             requests.setdefault(
-                name,
+                file.resolve(),
                 Request(file, root, name, settings.targets, settings.samples, settings.seed, settings.origin),
             )
     return missing, list(requests.values())
 
 
-def shown(path: Path) -> str:
-    """A path as reports show it: relative to the current folder, or the last two parts of one that lies elsewhere."""
+def shown(path: Path, folder: Path | None = None) -> str:
+    """A path as reports show it: never absolute.
+
+    Relative to the current folder; of one that lies elsewhere, the part from the `folder` on in which it was found, or
+    its last two parts.
+    """
     absolute = Path.cwd() / path
     try:
         return absolute.relative_to(Path.cwd()).as_posix()
     except ValueError:
+        if folder is not None:
+            return (Path((Path.cwd() / folder).name) / path.relative_to(folder)).as_posix()
         return Path(*absolute.parts[-2:]).as_posix().lstrip("/")
 
 

@@ -26,6 +26,9 @@ ALBEDO_TOL = 5e-5
 # Relative. At roughness 0 no light is lost, up to the floor of 1e-8 that MaterialX puts under each share.
 FLOOR_TOL = 2e-8
 
+# Share of the samples in which a planted error has to show.
+MOST = 0.9
+
 ROUGHNESSES = (0.0, 0.3, 1.0)
 COSINES = (0.05, 0.3, 0.7, 1.0)
 
@@ -42,7 +45,7 @@ def test_a_smooth_diffuse_surface_is_lambertian(rng):
     np.testing.assert_allclose(diffuse.oren_nayar(cos_v, cos_l, v_l, 0.0), 1.0 / np.pi, rtol=FORMULA_TOL)
     compensated = diffuse.compensated_oren_nayar(np.maximum(cos_v, 0.1), np.maximum(cos_l, 0.1), v_l, 0.0, 0.6)
     np.testing.assert_allclose(compensated, 0.6 / np.pi, rtol=FLOOR_TOL)
-    assert np.all(np.abs(diffuse.oren_nayar(cos_v, cos_l, v_l, 0.01) * np.pi - 1.0) > FLOOR_TOL)
+    assert np.mean(np.abs(diffuse.oren_nayar(cos_v, cos_l, v_l, 0.01) * np.pi - 1.0) > FLOOR_TOL) > MOST
 
 
 def test_the_qualitative_model_has_its_trigonometric_form(rng, polar):

@@ -40,7 +40,7 @@ def environment() -> dict[str, str]:
 def mrm(
     command: list[str], environment: dict[str, str], tmp_path: Path
 ) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Function from arguments to the finished command, run in the test's own folder; no traceback ever reaches a user."""
+    """Function from arguments to the finished command, run in the test's folder; no traceback ever reaches a user."""
 
     def run(*arguments: object, cwd: Path | None = None, **variables: str) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(

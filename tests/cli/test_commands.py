@@ -1,281 +1,322 @@
-"""The real command, in a process of its own: exit statuses, streams, formats, messages."""
+"""The commands beside `validate`: what they print, where they write, and how they refuse."""
 
 from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
+import re
+import shutil
 import sys
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
-from xml.etree import ElementTree as ET
 
 import pytest
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from mrm_mtlx.library import materials_folder, node_library_folder
+from mrm_mtlx.shadergen import TARGETS
+from mrm_mtlx.validation.catalogue import RULES
 
-REPOSITORY = Path(__file__).parents[2]
-DOCUMENTS = REPOSITORY / "tests" / "documents"
-PLATE = "materials/licence_plate.mtlx"
-# Seconds after which a command that takes a few counts as hanging.
-PATIENCE_S = 180
-
-Run: TypeAlias = "Callable[..., subprocess.CompletedProcess[str]]"
+# `mrm rules` ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def mrm() -> Run:
-    """Run the command in the repository; whatever it is given, it must not show a traceback."""
-
-    def run(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "mrm_mtlx.cli.main", *arguments]
-        settings = {"cwd": REPOSITORY, "capture_output": True, "text": True, "timeout": PATIENCE_S, "check": False}
-        done = subprocess.run(command, **{**settings, **options})
-        assert "Traceback" not in done.stderr
-        return done
-
-    return run
+def test_rules_lists_every_rule_on_a_line(mrm):
+    done = mrm("rules")
+    assert (done.returncode, done.stderr) == (0, "")
+    listed = [re.split(r"  +", line) for line in done.stdout.splitlines()]
+    assert listed == [[rule.code, rule.severity.value, rule.title] for rule in RULES.values()]
 
 
-# Exit statuses --------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("beginning", ["READ", "doc_cycle", "SHADER_"])
+def test_rules_explains_those_that_begin_so(mrm, beginning):
+    done = mrm("rules", beginning)
+    assert (done.returncode, done.stderr) == (0, "")
+    headings = re.findall(r"^([A-Z_]+) \((\w+)\): (.+)$", done.stdout, re.MULTILINE)
+    expected = [rule for rule in RULES.values() if rule.code.startswith(beginning.upper())]
+    assert headings == [(rule.code, rule.severity.value, rule.title) for rule in expected]
+    flat = "".join(done.stdout.split())
+    for rule in expected:
+        assert "".join(rule.meaning.split()) in flat
+        assert "".join(rule.remedy.split()) in flat
 
 
-def test_a_sound_document_exits_with_0(mrm: Run, gl: object) -> None:
-    done = mrm("validate", PLATE, "--target", "glsl", "--samples", "256")
-    assert done.returncode == 0, done.stdout
-    assert done.stdout.rstrip().splitlines()[-1] == "PASSED  0 errors, 0 warnings, 1 checked, 0 skipped"
+def test_rules_prints_the_page_of_the_documentation(mrm, repository):
+    done = mrm("rules", "--markdown")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.findall(r"^## (\w+)$", done.stdout, re.MULTILINE) == list(RULES)
+    assert done.stdout == (repository / "docs" / "rules.md").read_text(encoding="utf-8")
 
 
-def test_a_broken_document_exits_with_1(mrm: Run) -> None:
-    done = mrm("validate", str(DOCUMENTS / "READ_XML" / "triggers.mtlx"), "--target", "glsl")
-    assert done.returncode == 1
-    assert "READ_XML" in done.stdout
-    assert done.stdout.rstrip().splitlines()[-1].startswith("FAILED  1 error")
+# `mrm doctor` ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_path_that_does_not_exist_is_a_finding(mrm: Run) -> None:
-    done = mrm("validate", "nowhere.mtlx")
-    assert done.returncode == 1
-    assert "READ_MISSING" in done.stdout
+def test_doctor_says_what_runs_here_and_how_to_add_the_rest(mrm, gl):
+    text, report = mrm("doctor"), mrm("doctor", "--format", "json")
+    assert (text.returncode, text.stderr, report.returncode, report.stderr) == (0, "", 0, "")
+    found = json.loads(report.stdout)
+    assert list(found) == ["schema", "versions", "targets", "engines"]
+    assert found["schema"] == "mrm.doctor/1"
+    assert set(found["targets"]) <= set(TARGETS)
+    assert list(found["engines"]) == ["gl", "vulkan", "slang", "osl"]
+    assert found["engines"]["gl"]["detail"] == gl.detail
+    for name, engine in found["engines"].items():
+        (line,) = [line for line in text.stdout.splitlines() if line.startswith(f"{name} ")]
+        assert ("ok" if engine["available"] else "missing") in line.split()
+        assert engine["detail"] in line
+        assert engine["remedy"] in text.stdout
+        assert not (engine["available"] and engine["remedy"])
+    assert "\x1b" not in text.stdout
 
 
-def test_a_folder_without_documents_exits_with_3(mrm: Run, tmp_path: Path) -> None:
-    done = mrm("validate", str(tmp_path))
+def test_doctor_names_what_is_missing_and_the_command_that_adds_it(mrm, tmp_path):
+    # No compiler on the PATH, and no driver that EGL would find.
+    empty = tmp_path / "nothing"
+    empty.mkdir()
+    lacking = {"PATH": str(empty), "__EGL_VENDOR_LIBRARY_DIRS": str(empty), "__EGL_VENDOR_LIBRARY_FILENAMES": ""}
+    report = json.loads(mrm("doctor", "--format", "json", **lacking).stdout)
+    assert report["engines"]["vulkan"]["available"] is False
+    assert "apt-get install" in report["engines"]["vulkan"]["remedy"]
+    if sys.platform.startswith("linux"):
+        assert report["engines"]["gl"]["available"] is False
+        assert "apt-get install" in report["engines"]["gl"]["remedy"]
+        done = mrm("doctor", **lacking)
+        assert done.returncode == 1
+        assert f"to add it: {report['engines']['gl']['remedy']}" in done.stdout
+
+
+def test_without_a_driver_documents_are_generated_and_skipped_with_the_reason(mrm, metal, tmp_path):
+    if not sys.platform.startswith("linux"):
+        pytest.skip("how to hide the driver is known for EGL alone")
+    empty = tmp_path / "nothing"
+    empty.mkdir()
+    lacking = {"__EGL_VENDOR_LIBRARY_DIRS": str(empty), "__EGL_VENDOR_LIBRARY_FILENAMES": ""}
+    done = mrm("validate", metal, "--target", "glsl", "-j", "1", **lacking)
     assert done.returncode == 3
-    assert done.stdout.startswith("NOTHING CHECKED")
-
-
-def test_targets_that_cannot_be_checked_here_exit_with_3(mrm: Run) -> None:
-    done = mrm("validate", PLATE, "--target", "msl", "--ignore", "SHADER")
-    assert done.returncode == 3
-    assert "1 skipped (1 msl: no Metal compiler" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((), "Missing argument"),
-        ((PLATE, "--target", "hlsl"), "expected one of glsl"),
-        ((PLATE, "--select", "NOPE"), "no rule starts with 'NOPE'"),
-        ((PLATE, "--ignore", "NOPE"), "no rule starts with 'NOPE'"),
-        ((PLATE, "--samples", "0"), "--samples"),
-        ((PLATE, "--format", "yaml"), "--format"),
-        ((PLATE, "--nonsense"), "No such option"),
-        ((PLATE, "--target", "mdl", "--output", "no/such/folder/report"), "cannot be written"),
-    ],
-)
-def test_a_wrong_call_exits_with_2_and_one_message(mrm: Run, arguments: tuple[str, ...], message: str) -> None:
-    done = mrm("validate", *arguments)
+    assert "1 skipped (1 glsl: " in done.stdout
+    assert "apt-get install" in done.stdout.splitlines()[-1]
+    done = mrm("render", metal, "-o", "a.png", **lacking)
     assert done.returncode == 2
-    assert message in done.stderr
+    assert "apt-get install" in done.stderr
+    assert not (tmp_path / "a.png").exists()
 
 
-def group_lives(group: int) -> bool:
-    """Whether any process of a process group is left."""
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
+# `mrm library` --------------------------------------------------------------------------------------------------------
 
 
-def test_an_interrupt_exits_with_130_and_leaves_no_process(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "mrm_mtlx.cli.main", "validate", "materials", "-j", "2"]
-    process = subprocess.Popen(
-        command, cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+def test_library_prints_its_folders(mrm):
+    for options, folder in (((), node_library_folder()), (("--materials",), materials_folder())):
+        done = mrm("library", *options)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert Path(done.stdout.strip()).samefile(folder)
+
+
+def test_library_installs_its_files_and_says_how_to_load_them(mrm, tmp_path):
+    done = mrm("library", "install", "hosts/one")
+    assert done.returncode == 0
+    written = sorted(path for path in (tmp_path / "hosts" / "one").rglob("*") if path.is_file())
+    assert [tmp_path / line for line in done.stdout.splitlines()] == written
+    source = node_library_folder() / "pbrlib"
+    assert [path.relative_to(tmp_path / "hosts" / "one" / "mrm") for path in written] == sorted(
+        path.relative_to(source) for path in source.rglob("*") if path.is_file()
     )
-    time.sleep(3.0)  # workers are up by then, and thirteen documents take longer
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
-    assert "Traceback" not in errors
-    deadline = time.monotonic() + PATIENCE_S
-    while group_lives(process.pid):
-        assert time.monotonic() < deadline, "processes of the run are still there"
-        time.sleep(0.2)
+    assert "--library mrm" in done.stderr
 
 
-def test_warnings_fail_under_strict_only(mrm: Run, gl: object) -> None:
-    path = str(DOCUMENTS / "DOC_VALUE_RANGE" / "triggers.mtlx")
-    usual = mrm("validate", path, "--target", "glsl", "--samples", "256")
-    strict = mrm("validate", path, "--target", "glsl", "--samples", "256", "--strict")
-    assert (usual.returncode, strict.returncode) == (0, 1), usual.stdout
+@pytest.mark.parametrize("where", ["file", "file/below"])
+def test_library_cannot_install_into_a_file(mrm, tmp_path, where):
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    done = mrm("library", "install", where)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"{where} cannot be written" in done.stderr.splitlines()[-1]
 
 
-def test_skips_fail_under_strict(mrm: Run, gl: object) -> None:
-    arguments = ("validate", PLATE, "--target", "glsl", "--target", "msl", "--samples", "256")
-    assert mrm(*arguments).returncode == 0
-    assert mrm(*arguments, "--strict").returncode == 1
+# `mrm generate` -------------------------------------------------------------------------------------------------------
+
+# Words that only source code of the language has.
+TELLING = {
+    "glsl": "#version 400",
+    "essl": "#version 300 es",
+    "vulkan": "#version 450",
+    "msl": "#include <metal_stdlib>",
+    "slang": "SV_Target",
+    "wgsl": "#version",
+    "osl": "shader material",
+    "mdl": "mdl 1.",
+}
 
 
-def test_findings_are_selected_and_ignored_by_prefix(mrm: Run) -> None:
-    arguments = ("validate", PLATE, "--target", "mdl")
-    assert "SHADER_IGNORES_RETRO" in mrm(*arguments).stdout
-    assert "SHADER_IGNORES_RETRO" in mrm(*arguments, "--select", "SHADER").stdout
-    assert "SHADER_IGNORES_RETRO" not in mrm(*arguments, "--select", "DOC").stdout
-    assert "SHADER_IGNORES_RETRO" not in mrm(*arguments, "--ignore", "SHADER_IGN").stdout
+@pytest.mark.parametrize("target", TARGETS)
+def test_generate_prints_the_source_and_writes_the_same_to_files(mrm, metal, tmp_path, target):
+    printed = mrm("generate", metal, "--target", target)
+    assert (printed.returncode, printed.stderr) == (0, "")
+    assert TELLING[target] in printed.stdout
+    written = mrm("generate", metal, "--target", target, "-o", "out")
+    assert (written.returncode, written.stdout) == (0, "")
+    files = [Path(line.removeprefix("wrote ")) for line in written.stderr.splitlines()]
+    assert [file.name for file in files] == [f"material{suffix}" for suffix in TARGETS[target].suffixes.values()]
+    assert "".join((tmp_path / file).read_text(encoding="utf-8") + "\n" for file in files) == printed.stdout
 
 
-# Reports --------------------------------------------------------------------------------------------------------------
+def test_generate_takes_the_library_that_is_asked_for(mrm, metal):
+    ours, theirs = (mrm("generate", metal, "--library", name).stdout for name in ("mrm", "upstream"))
+    assert "mrm_conductor_bsdf" in ours
+    assert "mrm_conductor_bsdf" not in theirs
+    assert "mx_conductor_bsdf" in theirs
 
 
-def test_json_is_on_stdout_and_the_verdict_on_stderr(mrm: Run) -> None:
-    done = mrm("validate", PLATE, "--target", "glsl", "--samples", "256", "--format", "json")
-    report = json.loads(done.stdout)
-    assert report["schema"] == "mrm.validate/1"
-    assert [d["path"] for d in report["documents"]] == [PLATE]
-    assert done.stderr.startswith(("PASSED", "NOTHING CHECKED"))
-
-
-def test_junit_and_github_formats_parse(mrm: Run) -> None:
-    path = str(DOCUMENTS / "DOC_UNKNOWN_INPUT" / "triggers.mtlx")
-    junit = ET.fromstring(mrm("validate", path, "--target", "glsl", "--format", "junit").stdout)
-    assert junit.find(".//failure") is not None
-    (line,) = mrm("validate", path, "--target", "glsl", "--format", "github").stdout.splitlines()
-    assert line.startswith("::error file=tests/documents/DOC_UNKNOWN_INPUT/triggers.mtlx,title=DOC_UNKNOWN_INPUT::")
-
-
-def test_a_report_goes_to_a_file(mrm: Run, tmp_path: Path) -> None:
-    done = mrm("validate", PLATE, "--target", "mdl", "--output", str(tmp_path / "report.txt"))
-    assert done.stdout == ""
-    assert "NOTHING CHECKED" in done.stderr
-    assert "licence_plate" in (tmp_path / "report.txt").read_text(encoding="utf-8")
-
-
-def test_two_runs_print_the_same_bytes_for_any_number_of_jobs(mrm: Run) -> None:
-    arguments = (
-        "validate",
-        "materials/cats_eye.mtlx",
-        PLATE,
-        "--target",
-        "glsl",
-        "--samples",
-        "512",
-        "--format",
-        "json",
+def test_generate_takes_the_element_that_is_asked_for(mrm, metal):
+    text = metal.read_text(encoding="utf-8")
+    second = text[text.index("<surfacematerial") : text.index("</materialx>")].replace(
+        '"material" type', '"other" type'
     )
-    one, two = (mrm(*arguments, "-j", jobs).stdout for jobs in ("1", "2"))
-    assert one == two
-    assert str(REPOSITORY) not in one
-
-
-def test_output_that_is_not_a_terminal_has_no_escape_codes(mrm: Run) -> None:
-    done = mrm("validate", PLATE, "--target", "mdl")
-    assert "\x1b" not in done.stdout + done.stderr
-
-
-# Other commands -------------------------------------------------------------------------------------------------------
-
-
-def test_the_version_is_printed(mrm: Run) -> None:
-    from mrm_mtlx import __version__
-
-    assert mrm("--version").stdout.strip() == f"mrm {__version__}"
-
-
-def test_no_arguments_show_the_help(mrm: Run) -> None:
-    done = mrm()
+    metal.write_text(text.replace("</materialx>", f"{second}</materialx>"), encoding="utf-8")
+    assert mrm("generate", metal, "--target", "osl").stdout.count("\nshader ") == 2
+    one = mrm("generate", metal, "--target", "osl", "--element", "other").stdout
+    assert re.findall(r"^shader (\w+)", one, re.MULTILINE) == ["other"]
+    done = mrm("generate", metal, "--element", "third")
     assert done.returncode == 2
-    assert "Commands:" in done.stderr
+    assert done.stderr.splitlines()[-1].endswith("third: expected one of material, other")
 
 
-def test_rules_are_listed_and_explained(mrm: Run) -> None:
-    from mrm_mtlx.validation.catalogue import RULES
-
-    listed = mrm("rules").stdout.splitlines()
-    assert [line.split()[0] for line in listed] == list(RULES)
-    page = mrm("rules", "SHADER_DIFFERS").stdout
-    assert "24 times" in page
-    assert mrm("rules", "NOPE").returncode == 2
+def test_generate_reports_a_missing_implementation_as_a_finding(mrm, documents):
+    done = mrm("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("error SHADER_GENERATE /material: ")
 
 
-def test_doctor_names_every_engine(mrm: Run) -> None:
-    done = mrm("doctor", "--format", "json")
-    report = json.loads(done.stdout)
-    assert set(report["engines"]) == {"gl", "vulkan", "slang", "osl"}
-    assert done.returncode == (0 if report["engines"]["gl"]["available"] else 1)
-    for engine in report["engines"].values():
-        assert engine["available"] or engine["detail"]
-    assert "OpenGL" in mrm("doctor").stdout
+def test_generate_into_a_file_is_a_usage_error(mrm, metal, tmp_path):
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    done = mrm("generate", metal, "-o", "file")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines()[-1].startswith("Error: ")
 
 
-def test_doctor_says_what_to_install_where_there_is_no_driver(mrm: Run) -> None:
-    # An EGL that finds no vendor is what a bare machine has.
-    bare = {**os.environ, "__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent.json"}
-    done = mrm("doctor", env=bare)
-    if done.returncode == 0:
-        pytest.skip("this machine's EGL finds a driver without its vendor files")
-    assert done.returncode == 1
-    assert "apt-get install" in done.stdout
-    checked = mrm("validate", PLATE, "--target", "glsl", env=bare)
-    assert checked.returncode == 3
-    assert "apt-get install" in checked.stdout
+# Documents that `generate` and `render` cannot use --------------------------------------------------------------------
+
+BROKEN = {
+    "READ_MISSING": 1,
+    "READ_XML": 1,
+    "READ_TOO_DEEP": 1,
+    "READ_INCLUDE": 1,
+    "READ_OUTSIDE": 1,
+    "DOC_INVALID": 1,
+    "DOC_CYCLE": 1,
+    "DOC_FILE": 1,
+    "RETRO_UNDEFINED": 1,
+    "DOC_NO_RENDERABLE": 3,
+}
 
 
-def test_library_prints_its_folders(mrm: Run) -> None:
-    assert (Path(mrm("library").stdout.strip()) / "pbrlib" / "mrm_defs.mtlx").is_file()
-    assert (Path(mrm("library", "--materials").stdout.strip()) / "licence_plate.mtlx").is_file()
+@pytest.mark.parametrize("code", BROKEN)
+def test_a_broken_document_is_refused_with_its_finding(mrm, documents, code):
+    done = mrm("generate", documents / code / "triggers.mtlx")
+    assert (done.returncode, done.stdout) == (BROKEN[code], "")
+    if code == "DOC_NO_RENDERABLE":
+        assert done.stderr.strip().endswith("has nothing to render")
+    else:
+        assert done.stderr.startswith(f"error {code}")
 
 
-def test_library_installs_a_copy_and_refuses_what_it_cannot_write(mrm: Run, tmp_path: Path) -> None:
-    assert mrm("library", "install", str(tmp_path / "hosts")).returncode == 0
-    assert (tmp_path / "hosts" / "mrm" / "mrm_defs.mtlx").is_file()
-    (tmp_path / "file").write_text("")
-    assert mrm("library", "install", str(tmp_path / "file")).returncode == 2
+@pytest.mark.parametrize("code", ["READ_MISSING", "READ_XML", "DOC_CYCLE", "DOC_NO_RENDERABLE"])
+def test_a_broken_document_is_not_rendered(mrm, documents, tmp_path, code, gl):
+    done = mrm("render", documents / code / "triggers.mtlx", "-o", "a.png", "--size", "24")
+    assert (done.returncode, done.stdout) == (BROKEN[code], "")
+    assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("target", ["glsl", "essl", "vulkan", "msl", "slang", "wgsl", "osl", "mdl"])
-def test_source_is_generated_for_every_target(mrm: Run, target: str, tmp_path: Path) -> None:
-    done = mrm("generate", PLATE, "--target", target)
-    assert done.returncode == 0, done.stderr
-    assert "generalized_schlick" in done.stdout
-    assert "Warning" not in done.stdout + done.stderr
-    assert mrm("generate", PLATE, "--target", target, "-o", str(tmp_path)).returncode == 0
-    assert list(tmp_path.iterdir())
+def test_a_shader_that_does_not_compile_is_not_rendered(mrm, documents, tmp_path, gl):
+    done = mrm("render", documents / "SHADER_COMPILE" / "triggers.mtlx", "-o", "a.png", "--size", "24")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("error SHADER_COMPILE: ")
+    assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("command", [("generate",), ("render", "-o", "picture.png")])
-def test_a_document_that_cannot_be_used_is_named_with_its_finding(mrm: Run, command: tuple[str, ...]) -> None:
-    for path, code in ((DOCUMENTS / "READ_XML" / "triggers.mtlx", "READ_XML"), (Path("no.mtlx"), "READ_MISSING")):
-        done = mrm(command[0], str(path), *command[1:])
-        assert (done.returncode, done.stdout) == (1, "")
-        assert code in done.stderr
+@pytest.mark.xfail(strict=True, reason="the generator's refusal reaches the user as an internal error")
+def test_a_shader_that_cannot_be_generated_is_not_rendered(mrm, documents, gl):
+    done = mrm("render", documents / "SHADER_GENERATE" / "triggers.mtlx", "-o", "a.png", "--size", "24")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("error SHADER_GENERATE")
 
 
-def test_an_element_that_does_not_exist_is_a_usage_error(mrm: Run) -> None:
-    done = mrm("generate", PLATE, "--element", "nothing")
-    assert done.returncode == 2
-    assert "M_licence_plate" in done.stderr
+def test_a_folder_is_no_document(mrm, tmp_path, gl):
+    for arguments in (("generate", tmp_path), ("render", tmp_path, "-o", "a.png")):
+        done = mrm(*arguments)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "is a folder; name one document" in done.stderr.splitlines()[-1]
 
 
-def test_conformance_reports_its_cases(mrm: Run, gl: object) -> None:
-    done = mrm("conformance", "--samples", "512", "--target", "glsl", "--format", "json")
+def test_a_warning_is_shown_and_does_not_keep_from_generating(mrm, documents):
+    done = mrm("generate", documents / "DOC_VALUE_RANGE" / "triggers.mtlx", "--target", "osl")
+    assert done.returncode == 0
+    assert done.stderr.startswith("warning DOC_VALUE_RANGE /metal/roughness: ")
+    assert "shader material" in done.stdout
+
+
+# `mrm conformance` ----------------------------------------------------------------------------------------------------
+
+CASE_KEYS = {"node", "target", "engine", "retroreflective", "status", "samples", "max_error", "median_error", "reason"}
+
+
+def test_conformance_gives_every_case_with_the_keys_that_are_promised(mrm, gl):
+    done = mrm("conformance", "--samples", "2048", "--target", "glsl", "--format", "json")
+    assert done.returncode == 0
+    assert done.stderr == "PASSED  24 passed, 0 failed, 0 skipped\n"
     report = json.loads(done.stdout)
     assert report["schema"] == "mrm.conformance/1"
-    wanted = {"node", "target", "engine", "retroreflective", "status", "samples", "max_error", "median_error", "reason"}
-    assert all(wanted <= set(case) for case in report["cases"])
-    assert {case["status"] for case in report["cases"]} == {"pass"}
-    assert done.returncode == 0
+    assert {"versions", "engines", "library", "cases"} <= set(report)
+    assert len(report["cases"]) == 24
+    for case in report["cases"]:
+        assert set(case) >= CASE_KEYS
+        assert (case["target"], case["engine"], case["status"]) == ("glsl", "gl", "pass")
+        assert case["samples"] == 2048
+        assert 0.0 < case["median_error"] < case["max_error"]
+        assert case["reason"] is None
+    assert {case["retroreflective"] for case in report["cases"]} == {True, False}
+
+
+def test_conformance_as_text_ends_with_the_verdict_and_is_the_same_twice(mrm, gl):
+    first, second = (mrm("conformance", "--samples", "64", "--target", "glsl") for _ in range(2))
+    assert (first.returncode, first.stderr) == (0, "")
+    assert first.stdout == second.stdout
+    lines = first.stdout.splitlines()
+    assert lines[0].split() == ["case", "target", "status", "samples", "largest", "median", "of", "allowed"]
+    assert lines[-1] == "PASSED  24 passed, 0 failed, 0 skipped"
+    assert len(lines) == 24 + 3  # with a header and a note
+
+
+@pytest.fixture
+def damaged(repository, tmp_path):
+    """Function from a change of a file of the node library to a folder with a copy of the package that has it."""
+
+    def copy(file: str, old: str, new: str) -> Path:
+        ignored = shutil.ignore_patterns("__pycache__")
+        for name in ("mrm_mtlx", "libraries", "materials"):
+            shutil.copytree(repository / name, tmp_path / "copy" / name, ignore=ignored)
+        path = tmp_path / "copy" / "libraries" / "pbrlib" / "genglsl" / file
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        return tmp_path / "copy"
+
+    return copy
+
+
+def test_1_a_node_library_that_is_wrong_fails_conformance(mrm, damaged, gl):
+    folder = damaged("lib/mrm_retroreflection.glsl", "reflect(-closureData.V, N)", "-closureData.V")
+    done = mrm("conformance", "--samples", "256", "--target", "glsl", "--format", "json", cwd=folder)
+    assert done.returncode == 1
+    assert done.stderr == "FAILED  12 passed, 12 failed, 0 skipped\n"
+    for case in json.loads(done.stdout)["cases"]:
+        assert case["status"] == ("fail" if case["retroreflective"] else "pass")
+
+
+@pytest.mark.xfail(strict=True, reason="the report says NaN, which is no JSON")
+def test_a_node_library_that_gives_nan_is_reported_as_json(mrm, damaged, gl):
+    folder = damaged("mrm_conductor_bsdf.glsl", "mirrored, weight", "mirrored, weight * sqrt(-1.0 - weight)")
+    done = mrm("conformance", "--samples", "64", "--target", "glsl", "--format", "json", cwd=folder)
+    assert done.returncode == 1
+    json.loads(done.stdout, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+
+def test_2_a_table_that_cannot_be_written(mrm, gl):
+    done = mrm("conformance", "--samples", "16", "--target", "glsl", "-o", os.path.join("no", "folder", "table.txt"))  # noqa: PTH118
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "cannot be written" in done.stderr.splitlines()[-1]

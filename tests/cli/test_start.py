@@ -63,7 +63,7 @@ def modules_after(environment, *arguments: str) -> set[str]:
     return set(done.stderr.split())
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("--version",), ("validate", "--help"), ("rules",), ("library",)])
+@pytest.mark.parametrize("arguments", [("--help",), ("--version",), ("validate", "--help"), ("rules",)])
 def test_what_needs_no_heavy_package_imports_none(environment, arguments):
     assert modules_after(environment, *arguments) & set(HEAVY) == set()
 

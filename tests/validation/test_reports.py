@@ -227,21 +227,8 @@ def test_json_carries_any_text(conforms, text):
 # What XML 1.0 can hold, section 2.2; the rest is replaced.
 FOREIGN_TO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
-UNREADABLE = ("not characters", "undecodable")
 
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(
-            name,
-            marks=[pytest.mark.xfail(strict=True, reason="left in, so that XML cannot be read or written")]
-            if name in UNREADABLE
-            else [],
-        )
-        for name in NASTY
-    ],
-)
+@pytest.mark.parametrize("name", NASTY)
 def test_junit_is_xml_whatever_is_in_it(name):
     text = NASTY[name]
     failed = Finding("DOC_INVALID", Severity.ERROR, text, text, text)

@@ -183,7 +183,6 @@ def test_paths_are_shown_from_the_current_folder_or_by_their_last_two_parts(tmp_
     assert not shown(Path(os.sep) / "a.mtlx").startswith(os.sep)
 
 
-@pytest.mark.xfail(strict=True, reason="documents elsewhere that share the last two parts of their paths count as one")
 def test_documents_of_the_same_name_in_several_folders_are_all_checked(tmp_path, settings, documents):
     for library in ("metal", "paint"):
         (tmp_path / library / "v1").mkdir(parents=True)
