@@ -14,7 +14,7 @@ import numpy as np
 
 REPOSITORY = Path(__file__).parents[1]
 # Documents of MaterialX's own suites, where a checkout has them beside it; the ready materials otherwise.
-CORPUS = next((p for p in (REPOSITORY.parent / "shared" / "corpus", REPOSITORY / "materials") if p.is_dir()))
+CORPUS = next(p for p in (REPOSITORY.parent / "shared" / "corpus", REPOSITORY / "materials") if p.is_dir())
 REPEATS = 5
 
 
@@ -83,7 +83,9 @@ def gl() -> None:
 
 def validate() -> None:
     """A validation run over many documents, as a multiple of what generator and driver alone take."""
-    print(f"validation of {CORPUS.name} ({len(list(CORPUS.rglob('*.mtlx')))} documents), driver cache empty in each run")
+    print(
+        f"validation of {CORPUS.name} ({len(list(CORPUS.rglob('*.mtlx')))} documents), driver cache empty in each run"
+    )
     floor = _timed([sys.executable, __file__, "floor"])
     print(f"  generate, link, first draw      {floor:7.1f} s")
     for jobs in (1, 2):

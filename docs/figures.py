@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import MaterialX as mx
-import numpy as np
+import matplotlib as mpl
 
 from mrm_mtlx.engines.gl.textures import read_image
 from mrm_mtlx.library import load_library, materials_folder
@@ -18,13 +18,22 @@ from mrm_mtlx.shadergen import renderable_elements
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 IMAGES = Path(__file__).parent / "images"
 SHAPES = {"traffic_cone_collar": "cone", "shoe_trim": "cone", "hi_vis_tape_silver": "sphere", "cats_eye": "sphere"}
-PANELS = ("ordinary,\nlight at the eye", "ordinary,\nlight 30° aside", "as written,\nlight at the eye", "as written,\nlight 30° aside")
+PANELS = (
+    "ordinary,\nlight at the eye",
+    "ordinary,\nlight 30° aside",
+    "as written,\nlight at the eye",
+    "as written,\nlight 30° aside",
+)
 PANEL = 160
 
 
-def comparison(path: Path, shape: str, size: int) -> np.ndarray:
+def comparison(path: Path, shape: str, size: int) -> NDArray[np.float32]:
     """Pixels of `mrm render --compare` for a document, (size, width, 3), sRGB in [0, 1]."""
     library = load_library()
     document = mx.createDocument()

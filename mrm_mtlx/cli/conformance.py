@@ -31,6 +31,7 @@ def conformance(
     from mrm_mtlx.cli.options import chosen_targets, write_report
     from mrm_mtlx.library import Origin
     from mrm_mtlx.validation.conformance import SCHEMA, TARGETS, run
+    from mrm_mtlx.validation.reports import finite
     from mrm_mtlx.validation.runner import engines, versions
 
     with progress("comparing") as report:
@@ -45,7 +46,7 @@ def conformance(
             "library": library.value,
             "cases": [result.to_json() for result in results],
         }
-        write_report(json.dumps(document, indent=2), output)
+        write_report(json.dumps(finite(document), indent=2, allow_nan=False), output)
         typer.echo(verdict, err=True)
     else:
         write_report(f"{_table(results)}\n{verdict}", output)

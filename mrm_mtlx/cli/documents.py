@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
+from mrm_mtlx.cli.options import printable
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -48,7 +50,8 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
             findings = [error.finding]
     for found in findings:
         place = f" {found.location}" if found.location else ""
-        typer.echo(f"{found.severity} {found.code}{place}: {found.message}\n    {found.hint}", err=True)
+        typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
+        typer.echo(f"    {found.hint}", err=True)
     if document is None or any(f.severity is Severity.ERROR for f in findings):
         raise typer.Exit(1)
     elements = renderable_elements(document)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import Annotated
 
@@ -47,9 +48,10 @@ def run() -> None:
         status = 130
     except KeyboardInterrupt:
         status = 130
-    except BrokenPipeError:
-        # The reader of our output went away (`mrm ... | head`): nothing is wrong, and nothing can be written.
-        sys.stderr.close()
+    except (BrokenPipeError, SystemExit):
+        # The reader of our output went away (`mrm ... | head`), which the libraries below turn into SystemExit: nothing
+        # is wrong, and nothing more can be written, not even at the interpreter's end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = 0
     except Exception as error:
         status = _report(error)

@@ -74,3 +74,8 @@ def write_report(text: str, output: Path | None) -> None:
         output.write_text(text + "\n", encoding="utf-8")
     except OSError as error:
         raise typer.BadParameter(f"{output} cannot be written: {error.strerror}", param_hint="--output") from error
+
+
+def printable(text: str) -> str:
+    """Text of a document without control characters, which could drive the terminal."""
+    return "".join(c if c.isprintable() else " " for c in text)

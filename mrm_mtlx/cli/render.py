@@ -55,6 +55,7 @@ def render(
     from mrm_mtlx.engines.gl.textures import read_image
     from mrm_mtlx.library import Origin, load_library
     from mrm_mtlx.render import picture
+    from mrm_mtlx.shadergen import GenerationError
 
     if output.suffix.lower() not in (".png", ".exr"):
         raise typer.BadParameter(f"{output}: expected a name that ends in .png or .exr", param_hint="--output")
@@ -75,6 +76,9 @@ def render(
         picture.write(panels, output, exposure)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+    except GenerationError as error:
+        typer.echo(f"error SHADER_GENERATE /{opened.elements[0].getNamePath()}: {error}", err=True)
+        raise typer.Exit(1) from error
     except gl.CompileError as error:
         typer.echo(f"error SHADER_COMPILE: {error}", err=True)
         raise typer.Exit(1) from error

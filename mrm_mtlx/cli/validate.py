@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Samples, Seed, Targets
+from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Samples, Seed, Targets, printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -101,14 +101,13 @@ def _print_document(screen: Console, document: DocumentResult) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    screen.print(document.path, style="bold", markup=False)
+    screen.print(printable(document.path), style="bold", markup=False)
     colours = {"error": "red", "warning": "yellow"}
     for found in document.findings:
-        line = Text.assemble(
-            "  ", (found.severity.value, colours[found.severity.value]), f" {found.code} {found.location}".rstrip()
-        )
+        place = f" {found.code} {printable(found.location)}".rstrip()
+        line = Text.assemble("  ", (found.severity.value, colours[found.severity.value]), place)
         screen.print(line)
-        screen.print(f"      {_printable(found.message)}", markup=False)
+        screen.print(f"      {printable(found.message)}", markup=False)
         screen.print(f"      {found.hint}", markup=False, style="dim")
     if document.renderables:
         table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
@@ -118,7 +117,7 @@ def _print_document(screen: Console, document: DocumentResult) -> None:
             table.add_column(target, no_wrap=True)
         for renderable in document.renderables:
             cells = [_cell(renderable.targets[target]) for target in targets]
-            table.add_row(f"  {_printable(renderable.name)}", *cells)
+            table.add_row(Text(f"  {printable(renderable.name)}"), *cells)
         screen.print(table)
     screen.print()
 
@@ -134,8 +133,3 @@ def _cell(result: TargetResult) -> str:
 
 
 _SHORT = {"compile": "compiled", "compare": "compared", "generate": "generated", "read": "not run"}
-
-
-def _printable(text: str) -> str:
-    """Text of a document without control characters, which could drive the terminal."""
-    return "".join(c if c.isprintable() else " " for c in text)

@@ -83,8 +83,8 @@ RULES: dict[str, Rule] = {
             "READ_OUTSIDE",
             _ERROR,
             "file name points outside the folder",
-            "An included document or an image lies outside the folder that is being checked. Documents come from "
-            "elsewhere, so nothing outside that folder is opened.",
+            "An included document, an image or a shader source lies outside the folder that is being checked. "
+            "Documents come from elsewhere, so nothing outside that folder is opened.",
             "Move the file into the folder, or run the command on the folder that holds both.",
         ),
         Rule(

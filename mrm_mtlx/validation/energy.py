@@ -33,18 +33,26 @@ class Albedo:
 
 
 def directional_albedos(surface: Surface, lobes: Sequence[LobeShape], rng: np.random.Generator) -> list[Albedo]:
-    """Integral of the response over l, at each of `VIEW_DEGREES`.
+    """Integral of the response over l, at each of `VIEW_DEGREES`; along both tangents where a lobe is anisotropic.
 
     One-sample multiple importance sampling (Veach 1997, section 9.2.4) over a cosine lobe and the facet normals of each
     microfacet lobe, about its mirror or its retroreflected direction: the combined density is at least a share of each
     lobe's own, so that the estimate's error stays small for any width.
     """
-    return [_albedo(surface, lobes, degrees, rng) for degrees in VIEW_DEGREES]
+    anisotropic = any(lobe.alpha_x != lobe.alpha_y for lobe in lobes)
+    axes = ((1.0, 0.0), (0.0, 1.0)) if anisotropic else ((1.0, 0.0),)
+    return [_albedo(surface, lobes, degrees, axis, rng) for axis in axes for degrees in VIEW_DEGREES]
 
 
-def _albedo(surface: Surface, lobes: Sequence[LobeShape], degrees: float, rng: np.random.Generator) -> Albedo:
+def _albedo(
+    surface: Surface,
+    lobes: Sequence[LobeShape],
+    degrees: float,
+    axis: tuple[float, float],
+    rng: np.random.Generator,
+) -> Albedo:
     theta = np.deg2rad(degrees)
-    v = np.array([np.sin(theta), 0.0, np.cos(theta)])
+    v = np.array([np.sin(theta) * axis[0], np.sin(theta) * axis[1], np.cos(theta)])
     parts = [_cosine_directions(rng)] + [_lobe_directions(rng, v, lobe) for lobe in lobes]
     l = np.concatenate(parts)
     # Balance heuristic: every direction is weighted by the mean density of all strategies.

@@ -75,8 +75,11 @@ def read_document(path: Path, root: Path, library: DataLibrary) -> tuple[mx.Docu
 
 
 def resolve_inside(name: str, folder: Path, root: Path) -> Path | None:
-    """The file that `name` means in `folder`, links followed; None if it lies outside `root`."""
-    target = (folder / name).resolve()
+    """The file that `name` means in `folder`, links followed; None if it lies outside `root` or nowhere."""
+    try:
+        target = (folder / name).resolve()
+    except (OSError, RuntimeError):  # a link that leads to itself leads nowhere
+        return None
     return target if target.is_relative_to(root.resolve()) else None
 
 
@@ -174,7 +177,7 @@ class _Scanner:
         self._names[-1].add(name)
         self._names.append(set())
         self._path.append(name or tag)
-        if len(self._names) > MAXIMUM_XML_DEPTH:
+        if len(self._path) > MAXIMUM_XML_DEPTH:
             message = f"elements are nested more than {MAXIMUM_XML_DEPTH} levels deep"
             raise ReadError(finding("READ_TOO_DEEP", f"line {line}", message))
 

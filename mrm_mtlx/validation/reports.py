@@ -68,7 +68,7 @@ def to_json(result: ValidationResult) -> str:
             "skipped": result.skipped,
         },
     }
-    return json.dumps(_finite(report), indent=2, allow_nan=False)
+    return json.dumps(finite(report), indent=2, allow_nan=False)
 
 
 def to_junit(result: ValidationResult) -> str:
@@ -130,12 +130,12 @@ def _escape(text: str, also: str = "") -> str:
     return text
 
 
-def _finite(value: Any) -> Any:
-    """JSON has no NaN and no infinity; both become null."""
+def finite(value: Any) -> Any:
+    """A report's data with NaN and infinity, which JSON does not have, as None; tuples become lists."""
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     if isinstance(value, float) and not abs(value) < float("inf"):
         return None
     return value

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
+import signal
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -14,7 +16,7 @@ from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
 
     from mrm_mtlx.library import Origin
@@ -76,15 +78,29 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
         root = path if is_folder else path.parent
         for file in sorted(path.rglob(f"*{SUFFIX}"), key=Path.as_posix) if is_folder else [path]:
             name = shown(file, path if is_folder else None)
-            if is_folder and not file.resolve().is_relative_to(root.resolve()):
-                message = "the document is a link that leads out of the folder being checked"
-                missing.append(DocumentResult(name, [finding("READ_OUTSIDE", "", message)]))
+            problem = _unreadable(file, root if is_folder else None)
+            if problem is not None:
+                missing.append(DocumentResult(name, [problem]))
                 continue
             requests.setdefault(
                 file.resolve(),
                 Request(file, root, name, settings.targets, settings.samples, settings.seed, settings.origin),
             )
     return missing, list(requests.values())
+
+
+def _unreadable(file: Path, root: Path | None) -> Finding | None:
+    """Why a file is not even handed to a worker; `root` is the folder that it was found in."""
+    try:
+        target = file.resolve()
+        str(file).encode("utf-8")
+    except (OSError, RuntimeError):
+        return finding("READ_FAILED", "", "it is a link that leads to itself")
+    except UnicodeEncodeError:
+        return finding("READ_FAILED", "", "its name is not valid UTF-8")
+    if root is not None and not target.is_relative_to(root.resolve()):
+        return finding("READ_OUTSIDE", "", "it is a link that leads out of the folder being checked")
+    return None
 
 
 def shown(path: Path, folder: Path | None = None) -> str:
@@ -94,12 +110,14 @@ def shown(path: Path, folder: Path | None = None) -> str:
     its last two parts.
     """
     absolute = Path.cwd() / path
-    try:
-        return absolute.relative_to(Path.cwd()).as_posix()
-    except ValueError:
-        if folder is not None:
-            return (Path((Path.cwd() / folder).name) / path.relative_to(folder)).as_posix()
-        return Path(*absolute.parts[-2:]).as_posix().lstrip("/")
+    if absolute.is_relative_to(Path.cwd()):
+        name = absolute.relative_to(Path.cwd()).as_posix()
+    elif folder is not None:
+        name = (Path((Path.cwd() / folder).name) / path.relative_to(folder)).as_posix()
+    else:
+        name = Path(*absolute.parts[-2:]).as_posix().lstrip("/")
+    # Names of files are bytes on some systems; reports are text.
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def versions() -> dict[str, str]:
@@ -137,7 +155,8 @@ def _run(
         max_workers=min(settings.jobs, len(requests)), context=multiprocessing.get_context("spawn"), initializer=_mute
     )
     try:
-        futures = [pool.submit(check_document, settings.timeout_s, request) for request in requests]
+        with _interrupts_held():  # the pool's threads and processes start here, and inherit it
+            futures = [pool.submit(check_document, settings.timeout_s, request) for request in requests]
         for count, (request, future) in enumerate(zip(requests, futures, strict=True), start=1):
             results.append(_result(request, future, settings))
             if progress:
@@ -164,6 +183,19 @@ def _result(request: Request, future: Future[DocumentResult], settings: Settings
     except Exception as error:
         found = finding("CHECK_CRASHED", "", f"internal error: {type(error).__name__}: {error}")
     return DocumentResult(request.shown, [found])
+
+
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Block SIGINT in what is started meanwhile: an interrupt is for this process, which ends its workers itself."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _mute() -> None:

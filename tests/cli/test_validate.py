@@ -142,7 +142,6 @@ def test_130_an_interrupt_ends_the_run_and_its_processes(command, environment, d
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="processes that are just starting print a traceback when all are interrupted")
 @pytest.mark.skipif(os.name != "posix", reason="signals to processes are a matter of POSIX")
 def test_130_an_interrupt_from_the_keyboard_prints_no_traceback(command, environment, documents, gl):
     # The terminal sends it to all processes at once. When those of the run start depends on the machine: some moments.
@@ -296,10 +295,8 @@ def named(metal, name: str):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(
-            "[/red]", marks=pytest.mark.xfail(strict=True, reason="read as markup; the run ends with status 2")
-        ),
-        pytest.param("[bold]sheet", marks=pytest.mark.xfail(strict=True, reason="read as markup, and dropped")),
+        "[/red]",
+        "[bold]sheet",
         "Schild_für_Würzburg",
     ],
 )
@@ -315,9 +312,7 @@ def test_names_of_a_document_are_printed_as_they_are(mrm, metal, name):
     [
         "material",
         "metal",
-        pytest.param(
-            "weight", marks=pytest.mark.xfail(strict=True, reason="the place of a finding is printed as it is")
-        ),
+        "weight",
     ],
 )
 def test_names_of_a_document_do_not_drive_the_terminal(mrm, metal, where):
@@ -330,7 +325,6 @@ def test_names_of_a_document_do_not_drive_the_terminal(mrm, metal, where):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="names of files are text elsewhere")
-@pytest.mark.xfail(strict=True, reason="names of files are printed as they are")
 def test_names_of_files_do_not_drive_the_terminal(mrm, metal):
     path = metal.rename(metal.with_name("red\x1b[31m.mtlx"))
     done = mrm("validate", path.name, *QUICK)
@@ -338,7 +332,6 @@ def test_names_of_files_do_not_drive_the_terminal(mrm, metal):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="names of files are text elsewhere")
-@pytest.mark.xfail(strict=True, reason="the finding quotes addresses of memory, which differ from run to run")
 def test_a_file_whose_name_is_no_text_is_checked_or_gets_a_finding(mrm, metal):
     os.rename(metal, os.fsencode(metal.parent) + b"/\xff.mtlx")  # noqa: PTH104
     done = mrm("validate", ".", *QUICK, "--format", "junit")

@@ -49,6 +49,19 @@ def test_inputs_come_out_bit_for_bit_and_in_order(program, make_document, rng, t
     assert np.array_equal(drawn[:, :3].view(np.uint32), glow.view(np.uint32))
 
 
+@pytest.mark.xfail(strict=True, reason="the driver takes no empty buffer")
+def test_no_samples_give_no_colours(program, make_document):
+    linked = program(make_document(GLOWING), element="lamp")
+    assert linked.draw({"i_geomprop_glow": np.zeros((0, 3))}, Lighting()).shape == (0, 4)
+
+
+def test_inputs_of_different_lengths_are_refused(program, surface_document, surface_inputs):
+    linked = program(surface_document(LAMBERT))
+    inputs = surface_inputs(np.tile([0.0, 0.0, 1.0], (4, 1)))
+    with pytest.raises(ValueError, match=r"\S"):
+        linked.draw({**inputs, "i_geomprop_paint": np.ones((2, 3))}, OVERHEAD)
+
+
 def lambert_misses(drawn, paint, normal, to_light) -> float:
     """Share of the samples that are not colour * cosine / pi."""
     expected = paint * (np.maximum(normal @ to_light, 0.0) / np.pi)[:, None]

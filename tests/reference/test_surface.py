@@ -114,6 +114,21 @@ def test_geometric_properties_come_from_the_samples_or_the_default(response, fla
     np.testing.assert_allclose(shown(response(node + paint('nodename="p"'))), [0.5, 0.25, 0.0], rtol=TOL)
 
 
+@pytest.mark.parametrize(
+    "count",
+    [1, 2, pytest.param(3, marks=pytest.mark.xfail(strict=True, reason="three samples are taken for a vector")), 4],
+)
+def test_a_scalar_property_has_one_value_per_sample(response, flat_points, count):
+    node = (
+        '<geompropvalue name="p" type="float"><input name="geomprop" type="string" value="mask"/></geompropvalue>'
+        '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="weight" type="float" nodename="p"/>'
+        '<input name="color" type="color3" value="1, 1, 1"/></oren_nayar_diffuse_bsdf>'
+    )
+    mask = np.linspace(0.25, 1.0, count)
+    found = response(node, flat_points(np.tile(UP, (count, 1)), UP, mask=mask)) * np.pi
+    np.testing.assert_allclose(found, np.repeat(mask[:, None], 3, axis=1), rtol=TOL)
+
+
 def test_opacity_scales_the_response(surface_document, flat_points):
     document = surface_document(paint('value="0.5, 0.5, 0.5"'))
     surface = document.getNode("s")
