@@ -133,7 +133,8 @@ class _Evaluation:
     def __post_init__(self) -> None:
         view = self.points.view.T
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
-        self.light = Light(_unit(view), self._samples(self.points.light), self.move.part)
+        light = np.atleast_2d(self.points.light).T
+        self.light = Light(_unit(view), light, self.move.part)
         self.frame = {
             "Nworld": _unit(self.points.normal.T),
             "Tworld": _unit(self.points.tangent.T),
@@ -143,8 +144,7 @@ class _Evaluation:
         self.properties = {name: self._rounded(self._samples(v)) for name, v in self.points.properties.items()}
 
     def _samples(self, value: Array) -> Array:
-        value = np.asarray(value, dtype=float)
-        return value.T if value.ndim == 2 else value.reshape(-1, 1) if value.shape == (3,) else value
+        return np.asarray(value, dtype=float).T
 
     def _rounded(self, value: Array) -> Array:
         if not self.move.values:

@@ -67,7 +67,7 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
     CompileError
         If the driver refuses the shader.
     ValueError
-        If a texture cannot be read.
+        If a texture cannot be read, or a comparison is asked for of a material without a retroreflective lobe.
     """
     shader = generate(element, "glsl", library)
     textures = {
@@ -76,6 +76,9 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
         if port.type == "filename" and port.value
     }
     flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
+    if settings.compare and not flags:
+        msg = "nothing to compare: no lobe of the material is retroreflective"
+        raise ValueError(msg)
     with SurfaceProgram(shader, textures) as program:
         if not settings.compare:
             return _panel(program, settings, {})

@@ -198,7 +198,9 @@ def check_sources(document: mx.Document, folder: Path, root: Path) -> Iterator[F
 
     Generators open these files and put their text into the shader, and so into a compiler's messages.
     """
-    for implementation in document.getImplementations():
+    for implementation in document.getChildren():  # getImplementations() would add those of the library
+        if not implementation.isA(mx.Implementation):
+            continue
         name = implementation.getFile()
         source = resolve_inside(name, folder, root) if name else None
         if name and source is None:
@@ -280,8 +282,8 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
 def _defining_graphs(document: mx.Document) -> dict[str, list[Any]]:
     """The document's graphs that define nodes, by the name of the definition."""
     graphs: dict[str, list[Any]] = {}
-    for graph in document.getNodeGraphs():
-        if graph.getNodeDefString():
+    for graph in document.getChildren():  # getNodeGraphs() would add those of the library
+        if graph.isA(mx.NodeGraph) and graph.getNodeDefString():
             graphs.setdefault(graph.getNodeDefString(), []).append(graph)
     return graphs
 

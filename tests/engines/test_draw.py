@@ -49,7 +49,6 @@ def test_inputs_come_out_bit_for_bit_and_in_order(program, make_document, rng, t
     assert np.array_equal(drawn[:, :3].view(np.uint32), glow.view(np.uint32))
 
 
-@pytest.mark.xfail(strict=True, reason="the driver takes no empty buffer")
 def test_no_samples_give_no_colours(program, make_document):
     linked = program(make_document(GLOWING), element="lamp")
     assert linked.draw({"i_geomprop_glow": np.zeros((0, 3))}, Lighting()).shape == (0, 4)

@@ -116,7 +116,7 @@ def test_geometric_properties_come_from_the_samples_or_the_default(response, fla
 
 @pytest.mark.parametrize(
     "count",
-    [1, 2, pytest.param(3, marks=pytest.mark.xfail(strict=True, reason="three samples are taken for a vector")), 4],
+    [1, 2, 3, 4],
 )
 def test_a_scalar_property_has_one_value_per_sample(response, flat_points, count):
     node = (

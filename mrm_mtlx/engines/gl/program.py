@@ -85,7 +85,9 @@ class SurfaceProgram:
                 vertex_shader=vertex_source(shader), fragment_shader=shader.sources["pixel"]
             )
         except moderngl.Error as error:
-            raise CompileError(_parse_log(str(error), shader.sources["pixel"])) from error
+            # The log names lines of the stage that failed; the vertex stage is ours and has no line of the document.
+            source = "" if "vertex_shader" in str(error) else shader.sources["pixel"]
+            raise CompileError(_parse_log(str(error), source)) from error
         self._members = {name: self._program[name] for name in self._program}
         for port in shader.uniforms:
             if port.type == "filename":
@@ -156,7 +158,7 @@ class SurfaceProgram:
         ----------
         inputs
             Per-sample values by variable name (`positionWorld`, `normalWorld`, ...), shape (samples, components) or
-            (samples,) for scalars; more names than the shader uses are allowed.
+            (samples,) for scalars; more names than the shader uses are allowed. Their length is the number of samples.
         lighting
             Light, environment and eye.
         uniforms
@@ -189,7 +191,9 @@ class SurfaceProgram:
             return self._draw_points(inputs, stack)
 
     def _draw_points(self, inputs: Mapping[str, ArrayLike], stack: contextlib.ExitStack) -> NDArray[np.float32]:
-        count = len(np.asarray(next(iter(inputs.values()))))
+        count = len(np.asarray(next(iter(inputs.values()), ())))
+        if count == 0:
+            return np.zeros((0, 4), dtype=np.float32)
         width = min(_ROW, max(count, 1))
         height = max(-(-count // width), 1)
         self._set("mrm_size", (width, height))
