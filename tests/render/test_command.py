@@ -103,9 +103,6 @@ def test_a_wrong_call_is_one_line_and_no_picture(render, tmp_path, arguments, wo
     assert sorted(os.listdir(tmp_path)) == ["metal.mtlx"]  # noqa: PTH208
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the flag of an ordinary material is off, so that the panels come in equal pairs, in silence"
-)
 def test_a_comparison_of_a_material_without_the_flag_says_that_there_is_nothing_to_compare(render, tmp_path):
     text = (tmp_path / "metal.mtlx").read_text(encoding="utf-8")
     (tmp_path / "metal.mtlx").write_text(text.replace('value="true"', 'value="false"'), encoding="utf-8")
