@@ -210,12 +210,28 @@ STOLEN = """
 """
 
 
-def test_source_code_outside_the_folder_is_not_opened(gl, check, tmp_path):
-    folder = lay_out(tmp_path, {"stolen": document(STOLEN.format("../elsewhere/secret.txt"))})
+@pytest.mark.parametrize("way", ["directly", "by an include", "by two includes"])
+def test_source_code_outside_the_folder_is_not_opened(gl, check, tmp_path, way):
+    file = {
+        "directly": "../elsewhere/secret.txt",
+        "by an include": "parts/first.glsl",
+        "by two includes": "parts/second.glsl",
+    }
+    folder = lay_out(tmp_path, {"stolen": document(STOLEN.format(file[way]))})
     (tmp_path / OUTSIDE / "secret.txt").write_text("the secret of the house\n", encoding="utf-8")
+    for name, included in (("first", "../../elsewhere/secret.txt"), ("second", "first.glsl")):
+        (tmp_path / INSIDE / f"{name}.glsl").write_text(f'#include "{included}"\n', encoding="utf-8")
     (found,) = check(folder / "stolen.mtlx")
     assert not any("secret of the house" in f.message for f in found.findings)
     assert [f.code for f in found.findings] == ["READ_OUTSIDE"]
+
+
+def test_source_code_inside_the_folder_is_used(gl, check, tmp_path):
+    folder = lay_out(tmp_path, {"own": document(STOLEN.format("parts/own.glsl"))})
+    (tmp_path / INSIDE / "own.glsl").write_text('#include "half.glsl"\n', encoding="utf-8")
+    (tmp_path / INSIDE / "half.glsl").write_text("void dust(out float x) { x = 0.5; }\n", encoding="utf-8")
+    (found,) = check(folder / "own.mtlx")
+    assert [f.code for f in found.findings] == []
 
 
 # Images ---------------------------------------------------------------------------------------------------------------
@@ -264,6 +280,18 @@ def test_images_that_claim_more_than_memory_holds_get_a_finding(gl, tmp_path, bo
     for name in bad:
         assert_only(found[Path(name).stem], "DOC_FILE", name)
     assert found["is_fine"] == []
+
+
+# Any driver takes at least 16384 (OpenGL 4.3, table 23.55), and none of today takes this.
+WIDE = 200_000
+
+
+@pytest.mark.xfail(strict=True, reason="the driver's refusal ends the check of the document")
+def test_an_image_wider_than_the_driver_takes_gets_a_finding(gl, tmp_path, check):
+    folder = lay_out(tmp_path, {"wide": pictured("parts/wide.png")})
+    (tmp_path / INSIDE / "wide.png").write_bytes(png(WIDE, 1, b"\0" * (WIDE + 1)))
+    (found,) = check(folder)
+    assert [f.code for f in found.findings] == ["DOC_FILE"]
 
 
 # Parts ----------------------------------------------------------------------------------------------------------------
