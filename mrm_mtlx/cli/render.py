@@ -59,6 +59,8 @@ def render(
 
     if output.suffix.lower() not in (".png", ".exr"):
         raise typer.BadParameter(f"{output}: expected a name that ends in .png or .exr", param_hint="--output")
+    if exposure is not None and not -100.0 <= exposure <= 100.0:
+        raise typer.BadParameter(f"{exposure}: expected -100 to 100 stops", param_hint="--exposure")
     available = gl.availability()
     if not available.available:
         typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)

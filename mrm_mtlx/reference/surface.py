@@ -392,7 +392,10 @@ class _Survey:
         if graph is None:
             self.unknown.add(str(definition.getName()))
             return sources
-        return sources + [output.getConnectedNode() for output in graph.getOutputs()]
+        made = [output.getConnectedNode() for output in graph.getOutputs()]
+        if None in made:
+            self.unknown.add(f"{definition.getName()} (its graph has an output that nothing is connected to)")
+        return sources + made
 
 
 def _unit(a: Array) -> Array:

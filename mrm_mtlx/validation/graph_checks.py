@@ -31,18 +31,25 @@ _COVERED = (
     "Mismatched types in port connection",
 )
 
+_COMPONENTS = {"float": 1, "vector2": 2, "vector3": 3, "vector4": 4, "color3": 3, "color4": 4}
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
 
 def check_graph(document: mx.Document, folder: Path, root: Path) -> list[Finding]:
     """Findings about nodes, inputs, values and connections, in document order."""
+    try:
+        valid, messages = document.validate()
+    except Exception as error:  # definitions that inherit from themselves, types that contain themselves
+        return [finding("DOC_INVALID", "", f"MaterialX cannot validate it: {error}")]
     findings = list(check_cycles(document))
     if findings:
         return findings  # whatever follows connections must not run on these
     for node in nodes_of(document):
         findings += check_node(node)
         findings += check_files(node, folder, root)
+    findings += check_outputs(document)
     findings += check_sources(document, folder, root)
     findings += check_color_spaces(document)
-    valid, messages = document.validate()
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
         for line in messages.strip().splitlines():
@@ -137,6 +144,18 @@ def _check_value(given: Any, declared: Any) -> Iterator[Finding]:
         message = f"'{text}' is not one of {', '.join(allowed)}"
         yield finding("DOC_INPUT_VALUE", location(given), message)
     yield from _check_range(given, declared, value)
+    yield from _check_unit(given, declared)
+
+
+def _check_unit(given: Any, declared: Any) -> Iterator[Finding]:
+    kind, unit = declared.getUnitType(), given.getUnit()
+    if not kind or not unit:
+        return
+    definition = _library(given).getUnitTypeDef(kind)
+    known = mx.LinearUnitConverter.create(definition).getUnitScale() if definition is not None else {}
+    if unit not in known:
+        message = f"'{unit}' is not a unit of {kind}; known are {', '.join(sorted(known))}"
+        yield finding("DOC_INPUT_VALUE", location(given), message)
 
 
 def _check_range(given: Any, declared: Any, value: Any) -> Iterator[Finding]:
@@ -193,6 +212,17 @@ def check_files(node: Any, folder: Path, root: Path) -> Iterator[Finding]:
             yield finding("DOC_FILE", location(given), f"the image '{name}' does not exist")
 
 
+def check_outputs(document: mx.Document) -> Iterator[Finding]:
+    """Outputs of the document's graphs that nothing is connected to, and that have no value either."""
+    for graph in document.getChildren():
+        if not graph.isA(mx.NodeGraph):
+            continue
+        for output in graph.getOutputs():
+            given = output.getValueString() or output.getInterfaceName() or is_connected(output)
+            if not given:
+                yield finding("DOC_CONNECTION", location(output), "nothing is connected to the graph's output")
+
+
 def check_sources(document: mx.Document, folder: Path, root: Path) -> Iterator[Finding]:
     """Whether the shader sources of the document's own implementations, and what they include, lie inside the folder.
 
@@ -228,8 +258,10 @@ def _includes(text: str, folder: Path, root: Path, seen: set[Path]) -> Iterator[
 def _source_text(path: Path) -> str:
     """Text of a source file, as much of it as a source file can sensibly have; empty if it cannot be read."""
     try:
+        if not path.is_file():  # a pipe would wait for ever
+            return ""
         with path.open("rb") as stream:
-            return stream.read(MAXIMUM_BYTES).decode("utf-8", "replace") if path.is_file() else ""
+            return stream.read(MAXIMUM_BYTES).decode("utf-8", "replace")
     except OSError:
         return ""
 
@@ -285,6 +317,8 @@ def _defining_graphs(document: mx.Document) -> dict[str, list[Any]]:
     for graph in document.getChildren():  # getNodeGraphs() would add those of the library
         if graph.isA(mx.NodeGraph) and graph.getNodeDefString():
             graphs.setdefault(graph.getNodeDefString(), []).append(graph)
+        elif graph.isA(mx.Implementation) and document.getNodeGraph(graph.getNodeGraph()) is not None:
+            graphs.setdefault(graph.getNodeDefString(), []).append(document.getNodeGraph(graph.getNodeGraph()))
     return graphs
 
 
@@ -333,6 +367,11 @@ def _parsed(given: Any) -> Any:
     kind = given.getType()
     if kind in ("string", "filename", "geomname"):
         return given.getValueString()
+    if kind in _COMPONENTS:
+        # MaterialX takes what it understands of a number and passes over the rest: "0,5" would be 0.
+        parts = given.getValueString().split(",")
+        if len(parts) != _COMPONENTS[kind] or not all(_NUMBER.fullmatch(part.strip()) for part in parts):
+            return None
     try:
         value = given.getValue()
     except Exception:  # MaterialX throws several unrelated types
@@ -351,15 +390,15 @@ def _numbers(value: Any) -> list[float]:
 def _bound(declared: Any, attribute: str) -> list[float] | None:
     text = declared.getAttribute(attribute)
     try:
-        return [float(part) for part in text.split(",")] if text else None
+        bound = [float(part) for part in text.split(",")] if text else []
     except ValueError:
         return None
+    return bound if bound and all(math.isfinite(x) for x in bound) else None
 
 
 def _form(kind: str) -> str:
-    components = {"vector2": 2, "vector3": 3, "vector4": 4, "color3": 3, "color4": 4}
-    if kind in components:
-        return f" ({components[kind]} numbers, separated by commas)"
+    if _COMPONENTS.get(kind, 1) > 1:
+        return f" ({_COMPONENTS[kind]} numbers, separated by commas)"
     return {"boolean": " (exactly true or false)", "integer": " (a whole number)", "float": " (a finite number)"}.get(
         kind, ""
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import signal
 from dataclasses import dataclass
 from importlib import metadata
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import Origin
 
 SUFFIX = ".mtlx"
+
+# Seconds that a worker may take to start.
+_RESTART_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -162,6 +166,10 @@ def _run(
             results.append(_result(request, future, settings))
             if progress:
                 progress(count, len(requests))
+        if any(f.code in ("CHECK_TIMEOUT", "CHECK_CRASHED") for result in results for f in result.findings):
+            # A worker is being started in the place of the lost one; closing before it is up would break its start.
+            with contextlib.suppress(Exception):
+                pool.submit(os.getpid, _RESTART_S).result()
         pool.close()
     except BaseException:
         pool.stop()
@@ -202,8 +210,6 @@ def _interrupts_held() -> Iterator[None]:
 
 def _mute() -> None:
     """Workers return their results; what C++ libraries print meanwhile is noise on the user's terminal."""
-    import os
-
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
     os.dup2(sink, 2)

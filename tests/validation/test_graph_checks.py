@@ -173,7 +173,6 @@ def test_findings_have_their_code_place_and_words(found, name):
 
 
 # MaterialX reads the number that a text begins with. A comma for a point is a slip of half of Europe.
-@pytest.mark.xfail(strict=True, reason="what follows a number is passed over, as MaterialX does it")
 @pytest.mark.parametrize(
     ("name", "kind", "value"),
     [
@@ -269,15 +268,7 @@ RETRO = {
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(
-            name,
-            marks=[pytest.mark.xfail(strict=True, reason="2.5e-5 in float32 is below 2.5e-5 in float64")]
-            if name == "as wide as the hint says"
-            else [],
-        )
-        for name in RETRO
-    ],
+    list(RETRO),
 )
 def test_a_retroreflector_is_seen_through(make_document, name):
     elements, expected = RETRO[name]
@@ -336,7 +327,7 @@ STRANGE: dict[str, tuple[str, set[str]]] = {
     "a unit of another kind": (
         '<unittypedef name="taste"/><unitdef name="UD" unittype="taste"><unit name="sweet" scale="1"/></unitdef>'
         + metal(given("thinfilm_thickness", "float", value="1", unit="sweet", unittype="taste")),
-        {"DOC_INVALID"},
+        {"DOC_INPUT_VALUE"},
     ),
     "outputs that name each other": (
         '<output name="a" type="float" output="b"/><output name="b" type="float" output="a"/>'
@@ -394,16 +385,6 @@ STRANGE: dict[str, tuple[str, set[str]]] = {
     "a material of nothing": ('<surfacematerial name="m" type="material"/>' + metal(), set()),
 }
 
-CRASHES = {
-    "a definition that inherits itself": "MaterialX's exception escapes",
-    "two definitions that inherit each other": "MaterialX's exception escapes",
-    "an implementation by a graph that holds the node": "MaterialX recurses until the process dies",
-    "a graph whose output is connected to nothing": "the reference expects a node there",
-    "a type that contains itself": "MaterialX's exception escapes",
-    "a unit of another kind": "the reference looks it up among the definition's units",
-    "a range that is no number": "taken for a bound",
-}
-
 
 @pytest.fixture(scope="module")
 def verdicts(bounded, tmp_path_factory) -> dict[str, list[dict[str, str]]]:
@@ -418,13 +399,7 @@ def verdicts(bounded, tmp_path_factory) -> dict[str, list[dict[str, str]]]:
     return {Path(d["path"]).stem: d["findings"] for d in json.loads(done.stdout)["documents"]}
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.xfail(strict=True, reason=CRASHES[name])] if name in CRASHES else [])
-        for name in STRANGE
-    ],
-)
+@pytest.mark.parametrize("name", STRANGE)
 def test_a_strange_document_gets_a_finding_and_not_a_crash(verdicts, name):
     codes = {f["code"] for f in verdicts[name]}
     expected = STRANGE[name][1]

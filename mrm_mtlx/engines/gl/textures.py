@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 # Largest image that is read, in values: 16384 x 16384 with one channel. A header can claim more than memory holds.
 MAXIMUM_VALUES = 1 << 28
+# Longest side that OpenGL drivers of this generation take.
+MAXIMUM_SIDE = 16384
 
 
 def read_image(path: Path) -> NDArray[np.float32]:
@@ -22,7 +24,7 @@ def read_image(path: Path) -> NDArray[np.float32]:
     Raises
     ------
     ValueError
-        If the file is missing, is no image that OpenImageIO reads, or claims more than `MAXIMUM_VALUES` values.
+        If the file is missing, no image that OpenImageIO reads, or larger than `MAXIMUM_SIDE` or `MAXIMUM_VALUES`.
     """
     import OpenImageIO as oiio
 
@@ -32,7 +34,8 @@ def read_image(path: Path) -> NDArray[np.float32]:
         raise ValueError(msg)
     try:
         spec = source.spec()
-        if spec.width * spec.height * spec.nchannels > MAXIMUM_VALUES:
+        too_wide = max(spec.width, spec.height) > MAXIMUM_SIDE
+        if too_wide or spec.width * spec.height * spec.nchannels > MAXIMUM_VALUES:
             msg = f"{path.name}: {spec.width} x {spec.height} pixels are more than are read"
             raise ValueError(msg)
         pixels = source.read_image(format=oiio.FLOAT)
