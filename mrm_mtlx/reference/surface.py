@@ -88,23 +88,21 @@ class Surface:
 
         `move` displaces the evaluation by a rounding error; see `rounding`.
         """
-        root = _shader_node(self._element)
-        if root is None:
-            return np.zeros((len(points), 3))
-        evaluation = _Evaluation(points.moved(move.view, move.light), move)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
-            color = cast("Array", evaluation.node_value(root, "", Scope()))
+        color, _ = self._evaluate(points.moved(move.view, move.light), move)
         return np.ascontiguousarray(np.broadcast_to(color, (3, len(points))).T)
 
     def lobes(self, points: ShadingPoints) -> list[Facets]:
         """The microfacet lobes met while evaluating these points, with their parameters; in the graph's order."""
+        return self._evaluate(points, EXACT)[1]
+
+    def _evaluate(self, points: ShadingPoints, move: Move) -> tuple[Array, list[Facets]]:
+        """Colour, component first, and the microfacet lobes met; a material without a shader is black."""
         root = _shader_node(self._element)
         if root is None:
-            return []
-        evaluation = _Evaluation(points, EXACT)
-        with np.errstate(all="ignore"):
-            evaluation.node_value(root, "", Scope())
-        return evaluation.lobes
+            return np.zeros((3, 1)), []
+        evaluation = _Evaluation(points, move)
+        with np.errstate(all="ignore"):  # 0/0 of degenerate input is what the shader has, too
+            return cast("Array", evaluation.node_value(root, "", Scope())), evaluation.lobes
 
     def tolerance(self, points: ShadingPoints) -> Tolerance:
         """The expected response, and by how much a float32 evaluation may miss it.
@@ -131,20 +129,16 @@ class _Evaluation:
     lobes: list[Facets] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        view = self.points.view.T
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
-        light = np.atleast_2d(self.points.light).T
-        self.light = Light(_unit(view), light, self.move.part)
+        self.light = Light(_unit(self.points.view.T), np.atleast_2d(self.points.light).T, self.move.part)
         self.frame = {
             "Nworld": _unit(self.points.normal.T),
             "Tworld": _unit(self.points.tangent.T),
             "Pworld": self.points.position.T,
             "UV0": self.points.texcoord.T,
         }
-        self.properties = {name: self._rounded(self._samples(v)) for name, v in self.points.properties.items()}
-
-    def _samples(self, value: Array) -> Array:
-        return np.asarray(value, dtype=float).T
+        properties = self.points.properties
+        self.properties = {name: self._rounded(np.asarray(v, dtype=float).T) for name, v in properties.items()}
 
     def _rounded(self, value: Array) -> Array:
         if not self.move.values:

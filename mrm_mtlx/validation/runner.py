@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx import __version__
-from mrm_mtlx.validation.document import GL_TARGETS, Request, check_document
+from mrm_mtlx.validation.document import Request, check_document
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
 
@@ -218,6 +218,3 @@ def _mute() -> None:
 def _wanted(found: Finding, settings: Settings) -> bool:
     selected = not settings.select or found.code.startswith(settings.select)
     return selected and not (settings.ignore and found.code.startswith(settings.ignore))
-
-
-__all__ = ["GL_TARGETS", "Settings", "collect", "engines", "shown", "validate", "versions"]
