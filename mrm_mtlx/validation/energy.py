@@ -10,6 +10,7 @@ import numpy as np
 from mrm_mtlx.bsdf import ggx
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
 from mrm_mtlx.reference import ShadingPoints
+from mrm_mtlx.validation.sampling import reflect_at_slopes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,11 +87,7 @@ def _cosine_directions(rng: np.random.Generator) -> Array:
 
 def _lobe_directions(rng: np.random.Generator, v: Array, lobe: LobeShape) -> Array:
     u, phi = rng.random(SAMPLES), 2.0 * np.pi * rng.random(SAMPLES)
-    radius = np.sqrt(u / (1.0 - u))
-    m = np.stack([radius * np.cos(phi) * lobe.alpha_x, radius * np.sin(phi) * lobe.alpha_y, np.ones(SAMPLES)], axis=1)
-    m /= np.linalg.norm(m, axis=1, keepdims=True)
-    seen = mirror(v) if lobe.retroreflective else v
-    return np.asarray(2.0 * (m @ seen)[:, None] * m - seen)
+    return reflect_at_slopes(v, lobe, np.sqrt(u / (1.0 - u)), phi)
 
 
 def _lobe_density(l: Array, v: Array, lobe: LobeShape) -> Array:

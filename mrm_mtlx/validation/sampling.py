@@ -71,18 +71,19 @@ def shading_points(
     """
     count = len(v)
     light = np.array(LIGHT)
+    to_light = light / np.linalg.norm(light)
     # Two orthonormal frames, about l and about LIGHT; the turn takes one to the other, with a random spin.
     first = _perpendicular(l)
     second = np.cross(l, first)
     spin = 2.0 * np.pi * rng.random((count, 1))
-    axis_1 = _perpendicular(np.broadcast_to(light / np.linalg.norm(light), (count, 3)))
-    axis_2 = np.cross(light / np.linalg.norm(light), axis_1)
+    axis_1 = _perpendicular(np.broadcast_to(to_light, (count, 3)))
+    axis_2 = np.cross(to_light, axis_1)
     turned_1 = np.cos(spin) * axis_1 + np.sin(spin) * axis_2
     turned_2 = np.cos(spin) * axis_2 - np.sin(spin) * axis_1
 
     def turn(a: Array) -> Array:
         along = [np.sum(a * b, axis=1, keepdims=True) for b in (first, second, l)]
-        return np.asarray(along[0] * turned_1 + along[1] * turned_2 + along[2] * light / np.linalg.norm(light))
+        return np.asarray(along[0] * turned_1 + along[1] * turned_2 + along[2] * to_light)
 
     facing = np.where(np.arange(count) % _BACK == _BACK - 1, -1.0, 1.0)[:, None]
     view = _float32(turn(v))
@@ -95,6 +96,19 @@ def shading_points(
         texcoord=_float32(rng.random((count, 2))),
         properties={name: _float32(value) for name, value in (properties or {}).items()},
     )
+
+
+def reflect_at_slopes(v: Array, lobe: LobeShape, radius: Array, phi: Array) -> Array:
+    """Where a lobe sends light that is seen from v, for facets given by their slope, shape (samples, 3).
+
+    `v` has shape (samples, 3) or (3,); the slope is `radius`, in units of the lobe's widths, at azimuth `phi`. The
+    facet's mirror direction of v, or of v' for a retroreflective lobe.
+    """
+    slopes = [radius * np.cos(phi) * lobe.alpha_x, radius * np.sin(phi) * lobe.alpha_y]
+    m = np.stack([*slopes, np.ones_like(radius)], axis=1)
+    m /= np.linalg.norm(m, axis=1, keepdims=True)
+    seen = mirror(v) if lobe.retroreflective else v
+    return np.asarray(2.0 * np.sum(seen * m, axis=1, keepdims=True) * m - seen)
 
 
 def local_directions(points: ShadingPoints, index: int) -> tuple[list[float], list[float]]:
@@ -113,11 +127,7 @@ def _around_peak(rng: np.random.Generator, v: Array, lobe: LobeShape) -> Array:
     # Slope over width: uniform in the disc of one width, or the GGX distribution's own, sqrt(u / (1 - u)).
     radius = np.where(rng.random(count) < 0.5, np.sqrt(u), np.sqrt(u / np.maximum(1.0 - u, 1e-6)))
     phi = 2.0 * np.pi * rng.random(count)
-    slopes = [radius * np.cos(phi) * lobe.alpha_x, radius * np.sin(phi) * lobe.alpha_y]
-    m = np.stack([*slopes, np.ones(count)], axis=1)
-    m /= np.linalg.norm(m, axis=1, keepdims=True)
-    seen = mirror(v) if lobe.retroreflective else v
-    return np.asarray(2.0 * np.sum(seen * m, axis=1, keepdims=True) * m - seen)
+    return reflect_at_slopes(v, lobe, radius, phi)
 
 
 def _spherical(cos_theta: Array, turn: Array) -> Array:
