@@ -63,19 +63,20 @@ def gl() -> None:
     from mrm_mtlx.engines import gl as engine
     from mrm_mtlx.library import load_library
     from mrm_mtlx.shadergen import generate, renderable_elements
-    from mrm_mtlx.validation import conformance, sampling
+    from mrm_mtlx.validation import sampling
     from mrm_mtlx.validation.comparison import draw
+    from mrm_mtlx.validation.conformance import cases
 
     print(f"OpenGL engine: {engine.availability().detail}, best of {REPEATS}")
     library = load_library()
-    for node in conformance.NODES:
-        case = conformance.Case(node, True, True, False)
-        document = conformance.case_document(case, library.document)
+    for node in cases.NODES:
+        case = cases.Case(node, True, True, False)
+        document = cases.case_document(case, library.document)
         shader = generate(renderable_elements(document)[0], "glsl", library)
         rates = []
         with engine.SurfaceProgram(shader) as program:
             for count in (1 << 14, 1 << 18):
-                points = conformance.case_points(case, count, sampling.generator(0, case.name))
+                points = cases.case_points(case, count, sampling.generator(0, case.name))
                 draw(program, points)
                 rates.append(f"{count}: {count / best_time(lambda p=points: draw(program, p)) / 1e6:.2f}")
         print(f"  {node:32} M samples/s at {', '.join(rates)}")

@@ -16,6 +16,12 @@ COS_82 = 1.0 / 7.0
 _TINT_SCALE = 1.0 / (COS_82 * (1.0 - COS_82) ** 6)
 
 
+def tint_shape(cos_theta: ArrayLike) -> Array:
+    """c (1 - c)^6, scaled to 1 at cosine 1/7: the shape of the tint in `generalized_schlick`; (...), in [0, 1]."""
+    c = np.asarray(cos_theta, dtype=float)
+    return np.asarray(_TINT_SCALE * c * (1.0 - c) ** 6)
+
+
 def dielectric_polarized(cos_theta: ArrayLike, eta: ArrayLike) -> tuple[Array, Array]:
     """Reflectances (parallel, perpendicular) of an interface between dielectrics; 1 under total internal reflection.
 
@@ -141,8 +147,8 @@ def generalized_schlick(
     c = np.asarray(cos_theta, dtype=float)
     rest = 1.0 - c
     color0, rise = np.asarray(color0, dtype=float), np.asarray(color90, dtype=float) - color0
-    tint = (color0 + rise * (1.0 - COS_82) ** np.asarray(exponent)) * (1.0 - np.asarray(color82)) * _TINT_SCALE
-    return np.asarray(color0 + rise * rest ** np.asarray(exponent) - tint * c * rest**6)
+    tint = (color0 + rise * (1.0 - COS_82) ** np.asarray(exponent)) * (1.0 - np.asarray(color82))
+    return np.asarray(color0 + rise * rest ** np.asarray(exponent) - tint * tint_shape(c))
 
 
 def schlick_ior(color0: ArrayLike) -> Array:

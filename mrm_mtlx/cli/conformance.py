@@ -10,6 +10,8 @@ import typer
 from mrm_mtlx.cli.options import Implementation, Library, Output, Samples, Seed, TableFormat, Targets
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mrm_mtlx.validation.conformance import CaseResult
 
 
@@ -26,16 +28,25 @@ def conformance(
     report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
     output: Output = None,
 ) -> None:
-    """Compare every node, flag and shape of lobe with the oracle, over random parameters."""
+    """Compare every node, flag and shape of lobe with the oracle, over random parameters.
+
+    Targets: glsl and essl in the OpenGL driver, osl in Cycles.
+    """
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.options import chosen_targets, write_report
+    from mrm_mtlx.engines.osl import RuntimeFailure
     from mrm_mtlx.library import Origin
     from mrm_mtlx.validation.conformance import SCHEMA, TARGETS, run
     from mrm_mtlx.validation.reports import finite
     from mrm_mtlx.validation.runner import engines, versions
 
-    with progress("comparing") as report:
-        results = list(run(chosen_targets(target, TARGETS), samples, seed, Origin(library.value), report))
+    targets = chosen_targets(target, TARGETS)
+    try:
+        with progress("comparing") as report:
+            results = list(run(targets, samples, seed, Origin(library.value), report))
+    except RuntimeFailure as error:
+        typer.echo(f"mrm: {error}", err=True)
+        raise typer.Exit(2) from error
     statuses = [result.status for result in results]
     verdict = _verdict(statuses)
     if report_format is TableFormat.JSON:
@@ -64,13 +75,42 @@ def _table(results: list[CaseResult]) -> str:
     rows = [header]
     for result in results:
         found = result.comparison
-        figures = (
-            (f"{found.samples}", f"{found.max_error:.2e}", f"{found.median_error:.2e}", f"{found.excess:.2f}")
-            if found
-            else ("-", "-", "-", result.reason or "-")
-        )
-        rows.append((result.case.name, result.target, result.status, *figures))
-    widths = [max(len(row[column]) for row in rows) for column in range(len(header))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+        if found:
+            samples, figures = f"{found.samples}", (f"{found.max_error:.2e}", f"{found.median_error:.2e}", found.excess)
+        elif result.approximations:
+            samples, figures = "-", ("-", "-", max(a.excess for a in result.approximations))
+        else:
+            rows.append((result.name, result.target, result.status, "-", "-", "-", result.reason or "-"))
+            continue
+        rows.append((result.name, result.target, result.status, samples, *figures[:2], f"{figures[2]:.2f}"))
     note = "Relative errors per case; 'of allowed' is the largest ratio of an error to its own tolerance."
-    return "\n".join([*lines, note])
+    return "\n".join([*_aligned_columns(rows), note, *_approximations(results)])
+
+
+def _approximations(results: list[CaseResult]) -> list[str]:
+    """L1 error and albedo ratio of each approximate lobe, where there are any."""
+    rows = [("aligned lobe", "material", "alpha", "view", "L1", "bound", "albedo", "bound", "")]
+    for result in results:
+        for a in result.approximations:
+            rows.append(
+                (
+                    result.case.node,
+                    a.material,
+                    f"{a.alpha:g}",
+                    f"{a.view_deg:g}",
+                    f"{a.l1:.3f}",
+                    f"{a.l1_bound:g}",
+                    f"{a.albedo:.4f}",
+                    f"1 ± {a.albedo_bound:g}",
+                    "" if a.passed else "FAIL",
+                )
+            )
+    if len(rows) == 1:
+        return []
+    note = "L1: integral of |found - exact| over that of exact; albedo: ratio of the integrals; view in degrees."
+    return ["", *_aligned_columns(rows), note]
+
+
+def _aligned_columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

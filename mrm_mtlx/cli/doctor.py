@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -58,14 +57,12 @@ def doctor(
 
 def survey() -> dict[str, tuple[str, Availability]]:
     """Engines and compilers by name: what each is for, and whether it is there."""
-    from mrm_mtlx.engines import compilers, gl
-    from mrm_mtlx.engines.availability import Availability
+    from mrm_mtlx.engines import compilers, gl, osl
 
-    oslc = shutil.which("oslc")
-    osl = Availability(False, "OSL is generated and not compiled by this version" + (" (oslc found)" if oslc else ""))
     return {
         "gl": ("compiles and runs glsl and essl", gl.availability()),
         "vulkan": ("compiles Vulkan GLSL", compilers.vulkan_availability()),
         "slang": ("compiles Slang", compilers.slang_availability()),
-        "osl": ("compiles and runs OSL", osl),
+        "osl": ("compiles OSL", osl.compiler_availability()),
+        "cycles": ("runs and renders OSL", osl.availability()),
     }

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName
 
 
 def register(app: typer.Typer) -> None:
@@ -24,13 +24,16 @@ def generate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write one file per stage into this folder.")
     ] = None,
+    osl_mode: Annotated[
+        OslModeName, typer.Option("--osl-mode", help="How OSL makes a retroreflective lobe; see docs/osl.md.")
+    ] = OslModeName.ALIGNED,
     library: Library = Implementation.MRM,
 ) -> None:
     """Print the generated source of a document's surfaces, or write it to files."""
     from mrm_mtlx.cli.documents import open_document
-    from mrm_mtlx.cli.options import chosen_targets
+    from mrm_mtlx.cli.options import chosen_targets, write_file
     from mrm_mtlx.library import Origin, load_library
-    from mrm_mtlx.shadergen import TARGETS, GenerationError, available_targets
+    from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode, available_targets
     from mrm_mtlx.shadergen import generate as generate_shader
 
     chosen_targets([target], available_targets())
@@ -38,7 +41,7 @@ def generate(
     opened = open_document(path, data, element)
     for renderable in opened.elements:
         try:
-            shader = generate_shader(renderable, target, data)
+            shader = generate_shader(renderable, target, data, OslMode(osl_mode.value))
         except GenerationError as error:
             typer.echo(f"error SHADER_GENERATE /{renderable.getNamePath()}: {error}", err=True)
             raise typer.Exit(1) from error
@@ -47,9 +50,5 @@ def generate(
                 typer.echo(shader.sources[stage])
                 continue
             file = output / f"{renderable.getNamePath().replace('/', '_')}{suffix}"
-            try:
-                output.mkdir(parents=True, exist_ok=True)
-                file.write_text(shader.sources[stage], encoding="utf-8")
-            except OSError as error:
-                raise typer.BadParameter(f"{file}: {error.strerror}", param_hint="--output") from error
+            write_file(file, shader.sources[stage])
             typer.echo(f"wrote {file}", err=True)

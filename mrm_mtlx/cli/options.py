@@ -32,6 +32,14 @@ class Implementation(StrEnum):
     UPSTREAM = "upstream"
 
 
+class OslModeName(StrEnum):
+    """How OSL makes a retroreflective lobe; the values of shadergen.OslMode, without importing MaterialX."""
+
+    ALIGNED = "aligned"
+    CYCLES = "cycles"
+    KEYWORD = "keyword"
+
+
 Targets: TypeAlias = Annotated[
     list[str] | None, typer.Option("--target", metavar="NAME", help="Shading language; repeatable. Default: all.")
 ]
@@ -69,11 +77,26 @@ def write_report(text: str, output: Path | None) -> None:
     """
     if output is None:
         typer.echo(text)
-        return
+    else:
+        write_file(output, text + "\n")
+
+
+def write_file(path: Path, text: str) -> None:
+    """Write a text file whole or not at all, making its folder.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it cannot be written.
+    """
+    from mrm_mtlx.library.files import replacing
+
     try:
-        output.write_text(text + "\n", encoding="utf-8")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise typer.BadParameter(f"{output} cannot be written: {error.strerror}", param_hint="--output") from error
+        raise typer.BadParameter(f"{path} cannot be written: {error.strerror}", param_hint="--output") from error
 
 
 def printable(text: str) -> str:

@@ -10,8 +10,9 @@ Built on the pure optics of `mrm_mtlx.bsdf`; what MaterialX does on top of them 
 `response(v, l)` includes the cosine of l.
 """
 
+from mrm_mtlx.reference.closures import Model
 from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, Tolerance
 from mrm_mtlx.reference.surface import Surface, UnsupportedError, constant_input
 
-__all__ = ["ROUNDING_FACTOR", "ShadingPoints", "Surface", "Tolerance", "UnsupportedError", "constant_input"]
+__all__ = ["ROUNDING_FACTOR", "Model", "ShadingPoints", "Surface", "Tolerance", "UnsupportedError", "constant_input"]

@@ -15,6 +15,7 @@ Arrays: directions, colours and frames have the component first, shape (3, sampl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,18 @@ if TYPE_CHECKING:
 
 # MaterialX's M_FLOAT_EPS.
 EPSILON = 1e-8
+
+
+class Model(Enum):
+    """Whose microfacet lobes are evaluated: the two families of targets differ by more than rounding.
+
+    `HARDWARE` is what MaterialX writes for its hardware targets, as the head of this module says. `CLOSURES` are the
+    closures of OSL as renderers have them: both widths in the masking, no multiply scattered light, and nothing from
+    below the surface.
+    """
+
+    HARDWARE = "hardware"
+    CLOSURES = "closures"
 
 
 @dataclass(frozen=True)
@@ -51,6 +64,7 @@ class Light:
     v: Array
     l: Array
     part: str = ""
+    model: Model = Model.HARDWARE
 
     @property
     def rounding(self) -> Rounding:
@@ -120,7 +134,11 @@ def generalized_schlick(
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)
         if light.part == "reflectance":
-            moved = np.abs(color90 - color0) * precision.power_error(1.0 - c, exponent)
+            rise, fast = np.abs(color90 - color0), light.model is Model.CLOSURES
+            moved = rise * precision.power_error(1.0 - c, exponent, fast=fast)
+            # The reflectance at 82 degrees, of which the tint takes its share.
+            at_82 = precision.power_error(np.asarray(1.0 - fresnel.COS_82), exponent, fast=fast)
+            moved = moved + rise * at_82 * np.abs(1.0 - color82) * fresnel.tint_shape(c)
             if np.any(facets.thinfilm_thickness > 0.0):
                 # The film's phase jumps by pi where its index is that of color0: there, a rounding decides.
                 for step in (-2.0 * UNIT, 2.0 * UNIT):
@@ -196,15 +214,27 @@ def _microfacet(
     if light.part == "reflectance":
         # v.m is a sum of three rounded products, also where it is nearly 1 and no longer moves with v and l.
         f = reflectance(cos_m - UNIT * cos_m)
-        f = f + precision.film_error(f, facets.thinfilm_thickness)
+        f = f + precision.film_error(f, facets.thinfilm_thickness, fast=light.model is Model.CLOSURES)
     else:
         f = reflectance(cos_m)
+    mx, my = _dot(m, x), _dot(m, y)
+    if light.part == "slope" and light.model is Model.CLOSURES:
+        # Renderers take an isotropic facet's slope from cos(n, m) alone: its square is what 1 leaves of cos^2.
+        mx = np.where(alpha_x == alpha_y, np.sqrt(mx * mx + UNIT), mx)
+    d = ggx.distribution(mx, my, _dot(m, n), alpha_x, alpha_y)
     a, b = albedo.albedo_factors(cos_v, mean_alpha)
-    if light.part == "albedo":
-        a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
-    compensation = albedo.compensation(f, a + b)
-    d = ggx.distribution(_dot(m, x), _dot(m, y), _dot(m, n), alpha_x, alpha_y)
-    g = ggx.masking_shadowing_isotropic(cos_v, cos_l, mean_alpha)
+    if light.model is Model.CLOSURES:
+        compensation: Array | float = 1.0
+        lambda_v, lambda_l = (
+            ggx.smith_lambda(_dot(w, x), _dot(w, y), cos_w, alpha_x, alpha_y)
+            for w, cos_w in ((v, cos_v), (light.l, cos_l))
+        )
+        g = ggx.masking_shadowing(lambda_v, lambda_l) * (_dot(n, light.l) > 0.0)
+    else:
+        if light.part == "albedo":
+            a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
+        compensation = albedo.compensation(f, a + b)
+        g = ggx.masking_shadowing_isotropic(cos_v, cos_l, mean_alpha)
     response = f * compensation * (d * g * facets.weight / (4.0 * cos_v))
     return white(a, b) * compensation, np.where(facets.weight >= EPSILON, response, 0.0)
 

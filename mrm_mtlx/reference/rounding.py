@@ -34,8 +34,8 @@ ROUNDING_FACTOR = 24.0
 OUTPUT_ROUNDINGS = 40.0
 
 # Intermediate results that cancel, each moved alone, so that one movement cannot hide another: the reflectance, two
-# quantities under square roots in it (see bsdf.lobes.Rounding), the fitted albedo.
-PARTS = ("reflectance", "modulus", "product", "albedo")
+# quantities under square roots in it (see bsdf.lobes.Rounding), the fitted albedo, the slope of an isotropic facet.
+PARTS = ("reflectance", "modulus", "product", "albedo", "slope")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import MaterialX as mx
 import numpy as np
 
-from mrm_mtlx.reference.closures import Closure, Facets, Light, transparent
+from mrm_mtlx.reference.closures import Closure, Facets, Light, Model, transparent
 from mrm_mtlx.reference.nodes import NODES
 from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.rounding import (
@@ -66,6 +66,8 @@ class Surface:
     ----------
     element
         A material, or an output or node of type surfaceshader, in a document whose data library is set.
+    model
+        Whose microfacet lobes: those of the hardware targets, or of OSL's closures.
 
     Raises
     ------
@@ -75,8 +77,9 @@ class Surface:
         If the graph is deeper than `MAXIMUM_DEPTH` nodes, or cyclic.
     """
 
-    def __init__(self, element: Any) -> None:
+    def __init__(self, element: Any, model: Model = Model.HARDWARE) -> None:
         self._element = element
+        self._model = model
         self._document = element.getDocument()  # elements do not keep their document alive
         survey = _Survey()
         survey.visit(_shader_node(element))
@@ -100,7 +103,7 @@ class Surface:
         root = _shader_node(self._element)
         if root is None:
             return np.zeros((3, 1)), []
-        evaluation = _Evaluation(points, move)
+        evaluation = _Evaluation(points, move, self._model)
         with np.errstate(all="ignore"):  # 0/0 of degenerate input is what the shader has, too
             return cast("Array", evaluation.node_value(root, "", Scope())), evaluation.lobes
 
@@ -124,13 +127,14 @@ class _Evaluation:
 
     points: ShadingPoints
     move: Move
+    model: Model = Model.HARDWARE
     values: dict[tuple[str, str], Value | dict[str, Value]] = field(default_factory=dict)
     numbers: int = 0  # of the document's, met so far
     lobes: list[Facets] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
-        self.light = Light(_unit(self.points.view.T), np.atleast_2d(self.points.light).T, self.move.part)
+        self.light = Light(_unit(self.points.view.T), np.atleast_2d(self.points.light).T, self.move.part, self.model)
         self.frame = {
             "Nworld": _unit(self.points.normal.T),
             "Tworld": _unit(self.points.tangent.T),

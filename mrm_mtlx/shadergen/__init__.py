@@ -1,11 +1,12 @@
 """A renderable element and a target give shader source code."""
 
-from mrm_mtlx.shadergen.generate import GenerationError, Port, Shader, generate, renderable_elements
+from mrm_mtlx.shadergen.generate import GenerationError, OslMode, Port, Shader, generate, renderable_elements
 from mrm_mtlx.shadergen.targets import TARGETS, Target, available_targets
 
 __all__ = [
     "TARGETS",
     "GenerationError",
+    "OslMode",
     "Port",
     "Shader",
     "Target",

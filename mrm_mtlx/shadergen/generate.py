@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
@@ -16,6 +17,24 @@ if TYPE_CHECKING:
 
 # Numbers by which the generated light loop tells the light types apart.
 LIGHT_TYPES = {"directional_light": 1, "point_light": 2}
+
+
+class OslMode(StrEnum):
+    """How the node library makes a retroreflective lobe in OSL, see docs/osl.md.
+
+    `ALIGNED`: of a standard closure, in any renderer, approximate. `CYCLES`: through a ray portal, exact, in Cycles on
+    the CPU alone. `KEYWORD`: of a closure with the keyword argument "retroreflective", in a renderer that knows it.
+    """
+
+    ALIGNED = "aligned"
+    CYCLES = "cycles"
+    KEYWORD = "keyword"
+
+    @property
+    def definition(self) -> str:
+        """The line that chooses it at the head of a source; "" for the default."""
+        number = list(OslMode).index(self) + 1
+        return "" if self is OslMode.ALIGNED else f"#define MRM_OSL_MODE {number}\n"
 
 
 class GenerationError(Exception):
@@ -57,8 +76,8 @@ def renderable_elements(document: mx.Document) -> list[Any]:
     return list(mx_gen.findRenderableElements(document))
 
 
-def generate(element: Any, target_name: str, library: DataLibrary) -> Shader:
-    """Generate the shader of a renderable element for a target.
+def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: OslMode = OslMode.ALIGNED) -> Shader:
+    """Generate the shader of a renderable element for a target; `osl_mode` is for OSL alone.
 
     Directional and point lights are bound, one light at most at a time, so that the hardware targets have a light loop.
     Environment lighting uses filtered importance sampling: with method NONE, MaterialX 1.39.5 emits GLSL that does not
@@ -85,6 +104,8 @@ def generate(element: Any, target_name: str, library: DataLibrary) -> Shader:
     if not sources["pixel"].strip():
         msg = "MaterialX returned an empty shader"
         raise GenerationError(msg)
+    if target.name == "osl":
+        sources["pixel"] = osl_mode.definition + sources["pixel"]
     stage = shader.getStage("pixel")
     return Shader(target.name, name, sources, _uniforms(stage), *_inputs(stage, generator, target))
 

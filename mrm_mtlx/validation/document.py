@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.engines import compilers, gl
+from mrm_mtlx.engines import compilers, gl, osl
 from mrm_mtlx.engines.gl.textures import read_image
 from mrm_mtlx.library import Origin, load_library
 from mrm_mtlx.reference import Surface, UnsupportedError
@@ -24,10 +24,12 @@ from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Target
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, microfacet_nodes
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from mrm_mtlx.engines.availability import Availability
     from mrm_mtlx.reference import ShadingPoints, Tolerance
     from mrm_mtlx.shadergen import Shader
     from mrm_mtlx.validation.findings import Finding
@@ -39,7 +41,6 @@ GL_TARGETS = ("glsl", "essl")
 _NO_COMPILER = {
     "msl": "no Metal compiler: Apple's tools only",
     "wgsl": "no WGSL compiler: MaterialX writes GLSL to be transpiled",
-    "osl": "no OSL engine",
     "mdl": "no MDL compiler",
 }
 
@@ -178,10 +179,8 @@ class _ElementCheck:
     def _compile(self, shader: Shader) -> TargetResult:
         if shader.target in _NO_COMPILER:
             return TargetResult("generate", "skip", _NO_COMPILER[shader.target])
-        if shader.target == "vulkan":
-            available, compiler = compilers.vulkan_availability(), compilers.compile_vulkan
-        else:
-            available, compiler = compilers.slang_availability(), compilers.compile_slang
+        find, compiler = _COMPILERS[shader.target]
+        available = find()
         if not available.available:
             return TargetResult("generate", "skip", f"{available.detail}; {available.remedy}")
         message = compiler(shader)
@@ -197,9 +196,7 @@ class _ElementCheck:
             with gl.SurfaceProgram(shader, self._textures(shader)) as program:
                 found = draw(program, self._points)
         except gl.CompileError as error:
-            first = error.messages[0]
-            where = f" at line {first.line}: {first.source}" if first.line else ""
-            self._report("SHADER_COMPILE", f"{shader.target}: {first.message}{where}")
+            self._report("SHADER_COMPILE", f"{shader.target}: {error.messages[0]}")
             return TargetResult("compile", "fail")
         if not np.all(np.isfinite(found)):
             share = np.mean(~np.isfinite(found).all(axis=1))
@@ -238,6 +235,25 @@ class _ElementCheck:
             except ValueError as error:
                 self._report("DOC_FILE", f"{shader.target}: {error}")
         return textures
+
+
+def _compile_osl(shader: Shader) -> str:
+    """The OSL compiler's first error with its source line, or "" if it accepts the source."""
+    try:
+        osl.check(shader.sources["pixel"], shader.name)
+    except osl.CompileError as error:
+        return str(error.messages[0])
+    except osl.RuntimeFailure as error:
+        return str(error)
+    return ""
+
+
+# How targets that do not run here are compiled: whether they can be, and the compiler's message, "" for none.
+_COMPILERS: dict[str, tuple[Callable[[], Availability], Callable[[Shader], str]]] = {
+    "vulkan": (compilers.vulkan_availability, compilers.compile_vulkan),
+    "slang": (compilers.slang_availability, compilers.compile_slang),
+    "osl": (osl.compiler_availability, _compile_osl),
+}
 
 
 def describe(comparison: Comparison) -> str:

@@ -133,12 +133,13 @@ def versions() -> dict[str, str]:
 
 def engines() -> dict[str, dict[str, Any]]:
     """What can run or compile source here, for the report."""
-    from mrm_mtlx.engines import compilers, gl
+    from mrm_mtlx.engines import compilers, gl, osl
 
     states = {
         "gl": gl.availability(),
         "vulkan": compilers.vulkan_availability(),
         "slang": compilers.slang_availability(),
+        "osl": osl.compiler_availability(),
     }
     report: dict[str, dict[str, Any]] = {}
     for name, state in states.items():

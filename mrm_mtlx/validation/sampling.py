@@ -51,8 +51,8 @@ def sample_local(rng: np.random.Generator, count: int, lobes: Sequence[LobeShape
     kind = rng.integers(0, 4, count)
     cos_v = np.where(kind == 2, np.sqrt(1.0 - 0.05 * cos_v), cos_v)
     cos_v = np.where(kind == 3, _GRAZING * 100.0**cos_v, cos_v)
-    v = _spherical(np.maximum(cos_v, _GRAZING), rng.random(count))
-    l = _spherical(np.maximum(rng.random(count), _GRAZING), rng.random(count))
+    v = spherical(np.maximum(cos_v, _GRAZING), rng.random(count))
+    l = spherical(np.maximum(rng.random(count), _GRAZING), rng.random(count))
     choice = rng.integers(0, 4 * max(len(lobes), 1), count)
     for index, lobe in enumerate(lobes):
         around = _around_peak(rng, v, lobe)
@@ -111,6 +111,20 @@ def reflect_at_slopes(v: Array, lobe: LobeShape, radius: Array, phi: Array) -> A
     return np.asarray(2.0 * np.sum(seen * m, axis=1, keepdims=True) * m - seen)
 
 
+def spherical(cos_theta: Array, turn: Array) -> Array:
+    """Directions of this polar cosine and azimuth, in turns; shape (samples, 3)."""
+    sine, phi = np.sqrt(1.0 - cos_theta**2), 2.0 * np.pi * turn
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), cos_theta], axis=1)
+
+
+def rotated(a: Array, angle: float | Array, phi: Array) -> Array:
+    """Directions at this angle [rad] from `a`, shape (samples, 3), in the direction `phi` [rad] around it."""
+    first = _perpendicular(a)
+    side = np.cos(phi)[:, None] * first + np.sin(phi)[:, None] * np.cross(a, first)
+    angle = np.broadcast_to(angle, phi.shape)[:, None]
+    return np.asarray(np.cos(angle) * a + np.sin(angle) * side)
+
+
 def local_directions(points: ShadingPoints, index: int) -> tuple[list[float], list[float]]:
     """v and l of one sample in its own frame, for reports; rounded to 7 digits."""
     n, x = points.normal[index], points.tangent[index]
@@ -128,11 +142,6 @@ def _around_peak(rng: np.random.Generator, v: Array, lobe: LobeShape) -> Array:
     radius = np.where(rng.random(count) < 0.5, np.sqrt(u), np.sqrt(u / np.maximum(1.0 - u, 1e-6)))
     phi = 2.0 * np.pi * rng.random(count)
     return reflect_at_slopes(v, lobe, radius, phi)
-
-
-def _spherical(cos_theta: Array, turn: Array) -> Array:
-    sine, phi = np.sqrt(1.0 - cos_theta**2), 2.0 * np.pi * turn
-    return np.stack([sine * np.cos(phi), sine * np.sin(phi), cos_theta], axis=1)
 
 
 def _perpendicular(a: Array) -> Array:

@@ -15,16 +15,9 @@ from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare, draw
-from mrm_mtlx.validation.conformance import (
-    ALPHA_RANGE,
-    NODES,
-    TARGETS,
-    Case,
-    case_document,
-    case_points,
-    cases,
-    run,
-)
+from mrm_mtlx.validation.conformance import NODES, Case, cases, run
+from mrm_mtlx.validation.conformance.cases import ALPHA_RANGE, case_document, case_points
+from mrm_mtlx.validation.conformance.hardware import TARGETS
 
 # Enough that every case meets its peaks and its grazing directions some hundred times.
 SAMPLES = 1024
@@ -81,8 +74,8 @@ def test_samples_beyond_one_batch_are_all_compared(gl):
 
 
 def test_a_target_that_does_not_run_here_is_refused():
-    with pytest.raises(ValueError, match="runs on glsl and essl, not on osl"):
-        next(run(("glsl", "osl"), 16, 0, Origin.MRM))
+    with pytest.raises(ValueError, match="runs on glsl, essl, osl, not on msl"):
+        next(run(("glsl", "msl"), 16, 0, Origin.MRM))
 
 
 # What is drawn --------------------------------------------------------------------------------------------------------

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
 from mrm_mtlx.engines.gl.context import context, parking_target
 from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
 from mrm_mtlx.engines.gl.textures import upload
@@ -31,26 +31,6 @@ _PROPERTY = "i_geomprop_"
 
 # The standard environment orientation of MaterialX's viewers would turn images by half a turn; ours are as they lie.
 _IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
-
-
-@dataclass(frozen=True)
-class CompileMessage:
-    """One line of the driver's log: the line of the generated source (from 1; 0 if unknown), its text, the message."""
-
-    line: int
-    source: str
-    message: str
-
-
-class CompileError(Exception):
-    """The driver refused the source.
-
-    `messages` are its complaints in order, at least one.
-    """
-
-    def __init__(self, messages: list[CompileMessage]) -> None:
-        super().__init__("; ".join(message.message for message in messages))
-        self.messages = messages
 
 
 class SurfaceProgram:

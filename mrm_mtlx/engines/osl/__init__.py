@@ -1,0 +1,26 @@
+"""Compiles OSL, and runs it in Cycles: Blender's Python module, in a process of its own, is compiler and renderer."""
+
+from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
+from mrm_mtlx.engines.osl.compiler import availability as compiler_availability
+from mrm_mtlx.engines.osl.compiler import check, compile_for_cycles
+from mrm_mtlx.engines.osl.measure import direct_light, evaluate, furnace, true_normals
+from mrm_mtlx.engines.osl.process import RuntimeFailure, availability
+from mrm_mtlx.engines.osl.scenes import Scene, looking_along, render, sun
+
+__all__ = [
+    "CompileError",
+    "CompileMessage",
+    "RuntimeFailure",
+    "Scene",
+    "availability",
+    "check",
+    "compile_for_cycles",
+    "compiler_availability",
+    "direct_light",
+    "evaluate",
+    "furnace",
+    "looking_along",
+    "render",
+    "sun",
+    "true_normals",
+]

@@ -1,0 +1,234 @@
+"""Compiles OSL and renders with Cycles: a program of its own, run by an interpreter that has `bpy`.
+
+Not part of the import package: `process` starts it as a separate process, and nothing imports it. It needs NumPy and
+bpy alone. Requests come on stdin, answers go to what was stdout; Blender's own chatter goes to the log file that is
+named on the command line.
+
+A message is eight bytes of length, big-endian, and an .npz archive: member "json" holds the plain data, the others are
+arrays.
+"""
+
+import ctypes
+import io
+import json
+import math
+import os
+import shutil
+import signal
+import struct
+import sys
+import traceback
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+
+def main(log_path):
+    """Answer requests until stdin ends."""
+    answers = os.fdopen(os.dup(1), "wb")
+    log = os.open(log_path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+    os.dup2(log, 1)
+    os.dup2(log, 2)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the process that started this one
+    bpy.utils.expose_bundled_modules()  # script nodes have no sockets without the bundled oslquery
+    operations = {"versions": versions, "compile": compile_shader, "render": render}
+    while True:
+        request = receive(sys.stdin.buffer)
+        if request is None:
+            # Whoever started this has ended, perhaps without the time to tidy up.
+            shutil.rmtree(Path(log_path).parent, ignore_errors=True)
+            return
+        plain, arrays = request
+        start = os.fstat(log).st_size
+        try:
+            answer = operations[plain.pop("operation")](**plain, **({"arrays": arrays} if arrays else {}))
+        except Exception as error:
+            answer = {"error": f"{type(error).__name__}: {error}", "trace": traceback.format_exc()}
+        ctypes.CDLL(None).fflush(None)  # Blender prints through C's buffers
+        answer["log"] = Path(log_path).read_bytes()[start:].decode("utf-8", "replace")
+        send(answers, answer)
+
+
+def receive(stream):
+    """Plain data and arrays of the next message, or None at the end of the stream."""
+    head = stream.read(8)
+    if len(head) < 8:
+        return None
+    with np.load(io.BytesIO(stream.read(struct.unpack(">Q", head)[0])), allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(str(arrays.pop("json"))), arrays
+
+
+def send(stream, plain, **arrays):
+    """Write a message."""
+    buffer = io.BytesIO()
+    np.savez(buffer, json=np.array(json.dumps(plain)), **arrays)
+    stream.write(struct.pack(">Q", buffer.tell()) + buffer.getvalue())
+    stream.flush()
+
+
+def versions():
+    """Versions of Blender and of its OSL."""
+    import _cycles
+
+    return {"blender": bpy.app.version_string, "osl": str(_cycles.osl_version_string), "with_osl": _cycles.with_osl}
+
+
+def compile_shader(source, target):
+    """Compile a file; what the compiler said is in the log."""
+    import _cycles
+
+    return {"ok": bool(_cycles.osl_compile(source, target))}
+
+
+def render(arrays, shader, camera, lights, world, samples, bounces, seed, threads, output, passes=()):
+    """Render a mesh with a shader to a multi-layer EXR file of 32-bit floats.
+
+    `arrays`: "vertices" (n, 3), "faces" (m, corners), optionally "normals" (m, corners, 3); those named "input:NAME",
+    (m,) or (m, 3), are inputs of the shader that are constant on each face.
+    """
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    settings = scene.cycles
+    settings.shading_system = True  # OSL
+    settings.device = "CPU"
+    settings.samples = samples
+    settings.seed = seed
+    settings.use_adaptive_sampling = False
+    settings.use_denoising = False
+    settings.use_light_tree = False
+    settings.light_sampling_threshold = 0.0
+    settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
+    settings.blur_glossy = 0.0
+    settings.pixel_filter_type = "BOX"
+    settings.filter_width = camera["filter_width"]
+    settings.max_bounces = settings.diffuse_bounces = settings.glossy_bounces = bounces
+    settings.transmission_bounces = bounces
+    settings.transparent_max_bounces = 16
+    settings.caustics_reflective = settings.caustics_refractive = True
+    scene.render.threads_mode, scene.render.threads = "FIXED", threads
+    scene.render.use_compositing = scene.render.use_sequencer = False
+    scene.view_settings.view_transform = "Raw"
+    for name in passes:
+        setattr(bpy.context.view_layer, name, True)
+    set_world(scene, world)
+    add_mesh(scene, arrays, make_material(shader, arrays))
+    add_camera(scene, camera)
+    for light in lights:
+        add_light(scene, light)
+    picture = scene.render.image_settings
+    picture.media_type = "MULTI_LAYER_IMAGE"
+    picture.file_format, picture.color_depth, picture.exr_codec = "OPEN_EXR_MULTILAYER", "32", "NONE"
+    scene.render.filepath = output
+    bpy.ops.render.render(write_still=True)
+    return {}
+
+
+def make_material(shader, arrays):
+    """A material of one script node, whose inputs come from the mesh's face attributes of the same name."""
+    material = bpy.data.materials.new("surface")
+    material.use_nodes = True
+    # Emission would make the mesh a light, which halves the sampling of the others.
+    material.cycles.emission_sampling = "NONE"
+    tree = material.node_tree
+    tree.nodes.clear()
+    script = tree.nodes.new("ShaderNodeScript")
+    script.mode = "EXTERNAL"
+    script.filepath = shader
+    script.update()
+    for name, values in arrays.items():
+        if not name.startswith("input:"):
+            continue
+        socket = script.inputs.get(name[len("input:") :])
+        if socket is None:
+            raise KeyError(f"the shader has no input {name[len('input:') :]}; it has {list(script.inputs.keys())}")
+        attribute = tree.nodes.new("ShaderNodeAttribute")
+        attribute.attribute_name = name
+        tree.links.new(socket, attribute.outputs["Vector" if values.ndim == 2 else "Fac"])
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    closures = [socket for socket in script.outputs if socket.type == "SHADER"]
+    tree.links.new(output.inputs["Surface"], closures[0])
+    return material
+
+
+def add_mesh(scene, arrays, material):
+    """The mesh with its face attributes."""
+    vertices, faces = arrays["vertices"], arrays["faces"]
+    mesh = bpy.data.meshes.new("surface")
+    mesh.vertices.add(len(vertices))
+    mesh.vertices.foreach_set("co", np.ascontiguousarray(vertices, np.float32).ravel())
+    mesh.loops.add(faces.size)
+    mesh.loops.foreach_set("vertex_index", np.ascontiguousarray(faces, np.int32).ravel())
+    mesh.polygons.add(len(faces))
+    mesh.polygons.foreach_set("loop_start", np.arange(len(faces), dtype=np.int32) * faces.shape[1])
+    mesh.update(calc_edges=True)
+    for name, values in arrays.items():
+        if name.startswith("input:"):
+            kind, field = ("FLOAT_VECTOR", "vector") if values.ndim == 2 else ("FLOAT", "value")
+            attribute = mesh.attributes.new(name, kind, "FACE")
+            attribute.data.foreach_set(field, np.ascontiguousarray(values, np.float32).ravel())
+    if "uv" in arrays:
+        layer = mesh.uv_layers.new(name="UVMap")
+        layer.data.foreach_set("uv", np.ascontiguousarray(arrays["uv"], np.float32).ravel())
+    if "normals" in arrays:
+        mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), dtype=bool))
+        mesh.normals_split_custom_set(arrays["normals"].reshape(-1, 3).tolist())
+    mesh.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("surface", mesh))
+
+
+def add_camera(scene, camera):
+    """A camera looking along -z of `matrix`, orthographic with a `width`, or with a `field` of view in radians."""
+    data = bpy.data.cameras.new("camera")
+    if "width" in camera:
+        data.type, data.ortho_scale = "ORTHO", camera["width"]
+    else:
+        data.angle = camera["field"]
+    data.clip_start, data.clip_end = camera["clip"]
+    object_ = bpy.data.objects.new("camera", data)
+    place(object_, camera["matrix"])
+    scene.collection.objects.link(object_)
+    scene.camera = object_
+    scene.render.resolution_x, scene.render.resolution_y = camera["resolution"]
+    scene.render.resolution_percentage = 100
+
+
+def add_light(scene, light):
+    """A light without extent: a sun with an `irradiance` along -z of its matrix, or a point with an `intensity`."""
+    kind = "SUN" if "irradiance" in light else "POINT"
+    data = bpy.data.lights.new("light", kind)
+    data.use_shadow = light["shadow"]
+    if kind == "SUN":
+        data.angle, data.energy = 0.0, light["irradiance"]
+    else:
+        # Blender's energy is the flux of a lamp that shines like a Lambertian sphere: intensity = flux / (4 pi^2).
+        data.shadow_soft_size, data.energy = 0.0, light["intensity"] * 4.0 * math.pi**2
+    object_ = bpy.data.objects.new("light", data)
+    place(object_, light["matrix"])
+    scene.collection.objects.link(object_)
+
+
+def set_world(scene, world):
+    """Surroundings: a constant `radiance`, or a latitude-longitude `image`, or black."""
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    background = tree.nodes["Background"]
+    background.inputs["Color"].default_value = (*world.get("radiance", (0.0, 0.0, 0.0)), 1.0)
+    if "image" in world:
+        image = tree.nodes.new("ShaderNodeTexEnvironment")
+        image.image = bpy.data.images.load(world["image"])
+        tree.links.new(background.inputs["Color"], image.outputs["Color"])
+
+
+def place(object_, matrix):
+    """Set an object's matrix, given as rows."""
+    from mathutils import Matrix
+
+    object_.matrix_world = Matrix(matrix)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

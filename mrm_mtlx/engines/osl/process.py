@@ -1,0 +1,253 @@
+"""The process in which Blender's OSL and Cycles run, and the messages to and from it.
+
+Blender's Python module is GPL, wants a Python and a NumPy of its own, and may crash: it is never imported here.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import importlib.util
+import io
+import json
+import os
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.engines.availability import Availability
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+# An interpreter that has bpy, where that is not this one.
+VARIABLE = "MRM_OSL_PYTHON"
+
+# The version that the facts of this engine were measured with; the script node's interface may change with Blender 6.
+REQUIREMENT = "bpy==5.0.*"
+PYTHON = (3, 11)
+
+SERVER = Path(__file__).with_name("cycles_server.py")
+
+# Seconds to start in: Blender loads in half a second, from a cold disk in ten.
+_START_S = 120.0
+# Seconds for one request, of which the longest is a picture's pass.
+_REQUEST_S = 600.0
+
+
+class RuntimeFailure(Exception):  # noqa: N818 -- it is what failed: the runtime
+    """The OSL runtime is missing, refused a request, or died; the message says which and what to do."""
+
+
+class CyclesProcess:
+    """A running Cycles, and a folder that it and this process share.
+
+    Use it as a context manager, or call `close`.
+
+    Raises
+    ------
+    RuntimeFailure
+        If it does not start.
+    """
+
+    def __init__(self, interpreter: str) -> None:
+        self._folder = _new_folder()
+        log = self.folder / "cycles.log"
+        with (self.folder / "start.log").open("wb") as start:
+            self._process = subprocess.Popen(
+                [interpreter, "-I", str(SERVER), str(log)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=start,
+                cwd=self.folder,
+            )
+        try:
+            self.versions = self.request("versions", timeout_s=_START_S)[0]
+        except RuntimeFailure as error:
+            self.close()
+            raise RuntimeFailure(f"{interpreter}: {error}") from error
+
+    @property
+    def folder(self) -> Path:
+        """Where requests find and leave files; gone after `close`."""
+        return Path(self._folder)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can still answer."""
+        return self._process.poll() is None
+
+    def request(
+        self,
+        operation: str,
+        arrays: Mapping[str, NDArray[Any]] | None = None,
+        *,
+        timeout_s: float = _REQUEST_S,
+        **plain: Any,
+    ) -> tuple[dict[str, Any], str]:
+        """Have an operation of the server done: its answer, and what Blender printed meanwhile.
+
+        Raises
+        ------
+        RuntimeFailure
+            If the operation failed, the process died, or it did not answer in time.
+        """
+        late = threading.Event()
+
+        def give_up() -> None:
+            late.set()
+            self._process.kill()
+
+        timer = threading.Timer(timeout_s, give_up)
+        timer.start()
+        try:
+            answer = self._exchange(operation, dict(arrays or {}), plain)
+        except BaseException:
+            # Whatever came between request and answer, an interrupt included: the two no longer match.
+            self._process.kill()
+            raise
+        finally:
+            timer.cancel()
+        if answer is None:
+            raise RuntimeFailure(
+                f"gave no answer within {timeout_s:g} s" if late.is_set() else self._obituary(operation)
+            )
+        log = str(answer.pop("log", ""))
+        if "error" in answer:
+            raise RuntimeFailure(f"Cycles could not {operation}: {answer['error']}")
+        return answer, log
+
+    def close(self) -> None:
+        """End the process and remove its folder."""
+        if self.alive:
+            self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):  # an unsent request to a process that is gone
+                    stream.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def __enter__(self) -> CyclesProcess:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def _exchange(
+        self, operation: str, arrays: dict[str, NDArray[Any]], plain: dict[str, Any]
+    ) -> dict[str, Any] | None:
+        """The answer, or None if the process ended without one."""
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        buffer = io.BytesIO()
+        np.savez(buffer, allow_pickle=False, json=np.array(json.dumps({"operation": operation, **plain})), **arrays)
+        try:
+            stdin.write(struct.pack(">Q", buffer.tell()) + buffer.getvalue())
+            stdin.flush()
+        except BrokenPipeError:
+            return None
+        head = stdout.read(8)
+        body = stdout.read(struct.unpack(">Q", head)[0]) if len(head) == 8 else b""
+        if not body:
+            return None
+        with np.load(io.BytesIO(body), allow_pickle=False) as archive:
+            return dict(json.loads(str(archive["json"])))
+
+    def _obituary(self, operation: str) -> str:
+        status = self._process.wait()
+        cause = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
+        words = ""
+        for name in ("start.log", "cycles.log"):
+            path = self.folder / name
+            text = path.read_text(encoding="utf-8", errors="replace").strip() if path.is_file() else ""
+            words = text.splitlines()[-1] if text else words
+        return f"the OSL runtime ended with {cause} in '{operation}'" + (f": {words}" if words else "")
+
+
+def interpreter() -> str | None:
+    """The interpreter that runs the server: the one that MRM_OSL_PYTHON names, or this one if it has bpy."""
+    named = os.environ.get(VARIABLE)
+    if named:
+        return named
+    return sys.executable if importlib.util.find_spec("bpy") is not None else None
+
+
+@cache
+def availability() -> Availability:
+    """Whether OSL can be compiled and rendered here: a process was started and asked."""
+    chosen = interpreter()
+    if chosen is None:
+        return Availability(False, _why_not(), _remedy())
+    try:
+        versions = runtime().versions
+    except (RuntimeFailure, OSError) as error:
+        return Availability(False, f"bpy does not run: {error}", _remedy())
+    if not versions["with_osl"]:
+        return Availability(False, f"{chosen}: its Cycles is built without OSL", _remedy())
+    osl = ".".join(re.findall(r"\d+", versions["osl"]))
+    return Availability(True, f"Cycles {versions['blender']}, OSL {osl}")
+
+
+_RUNNING: list[CyclesProcess] = []
+
+
+def runtime() -> CyclesProcess:
+    """The one Cycles of this process; started when first asked for, and again if it died.
+
+    Raises
+    ------
+    RuntimeFailure
+        If there is none, or it does not start.
+    """
+    if _RUNNING and not _RUNNING[0].alive:
+        _RUNNING.pop().close()
+    if not _RUNNING:
+        chosen = interpreter()
+        if chosen is None:
+            raise RuntimeFailure(f"{_why_not()}; {_remedy()}")
+        _RUNNING.append(CyclesProcess(chosen))
+        atexit.register(stop)
+    return _RUNNING[0]
+
+
+def stop() -> None:
+    """End the Cycles of this process, if there is one."""
+    while _RUNNING:
+        _RUNNING.pop().close()
+
+
+def _new_folder() -> str:
+    try:
+        return tempfile.mkdtemp(prefix="mrm-osl-")
+    except OSError as error:
+        raise RuntimeFailure(f"no temporary folder could be made: {error.strerror}") from error
+
+
+def _why_not() -> str:
+    if sys.version_info[:2] == PYTHON:
+        return "bpy is not installed"
+    here = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return f"bpy is not installed, and its wheel is for Python {PYTHON[0]}.{PYTHON[1]} alone (this is {here})"
+
+
+def _remedy() -> str:
+    if sys.version_info[:2] == PYTHON:
+        return "pip install 'mrm-mtlx[osl]'"
+    python = f"python{PYTHON[0]}.{PYTHON[1]}"
+    return f"{python} -m venv osl && osl/bin/pip install '{REQUIREMENT}', then set {VARIABLE}=osl/bin/python"

@@ -1,0 +1,171 @@
+"""What Cycles is given to look at: a cloud of facets, one per sample and pixel, or the mesh of a picture."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.engines.osl import process
+from mrm_mtlx.engines.osl.process import RuntimeFailure
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# The camera of a cloud looks along -z; what is behind `_FAR` is not seen. Facets seen at a grazing angle are long.
+_HEIGHT = 1e4
+# Half the base of a facet, in pixels: none reaches into another's pixel.
+_HALF_SIDE = 0.3
+# Pixels per row, and the smallest picture that Blender renders.
+_ROW, _SMALLEST_PICTURE = 256, 4
+# Smallest cosine for which a facet still covers its pixel's centre.
+_STEEPEST = 2e-4
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mesh under lights, seen by a camera; see `cycles_server.render`.
+
+    Attributes
+    ----------
+    arrays
+        "vertices", "faces", and what else the server takes.
+    camera
+        "resolution", "matrix", "clip", "filter_width", and "width" or "field".
+    lights
+        Suns and points.
+    world
+        Surroundings: {} is black.
+    samples, bounces
+        Paths per pixel, and how often one may be reflected.
+    passes
+        Names of Blender's view layer switches.
+    """
+
+    arrays: Mapping[str, NDArray[Any]]
+    camera: Mapping[str, Any]
+    lights: Sequence[Mapping[str, Any]] = ()
+    world: Mapping[str, Any] = field(default_factory=dict)
+    samples: int = 1
+    bounces: int = 0
+    passes: tuple[str, ...] = ()
+
+
+def render(shader: Path, scene: Scene, seed: int = 0) -> dict[str, NDArray[np.float32]]:
+    """Render a compiled shader; images (height, width, channels), row 0 on top, by pass: "Combined", "Normal", ...
+
+    Raises
+    ------
+    RuntimeFailure
+        If Cycles refuses, dies, or its picture cannot be read back.
+    """
+    runtime = process.runtime()
+    output = runtime.folder / "render.exr"
+    output.unlink(missing_ok=True)
+    runtime.request(
+        "render",
+        scene.arrays,
+        shader=str(shader),
+        camera=dict(scene.camera),
+        lights=[dict(light) for light in scene.lights],
+        world=dict(scene.world),
+        samples=scene.samples,
+        bounces=scene.bounces,
+        seed=seed,
+        threads=threads(),
+        output=str(output),
+        passes=list(scene.passes),
+    )
+    return _read(output)
+
+
+def threads() -> int:
+    """Threads that Cycles uses: the processors of this process."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def cloud(normals: Array, inputs: Mapping[str, Array]) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Arrays and camera of a mesh with one triangle per sample, around the middle of a pixel each.
+
+    `normals`, (samples, 3), have z > 0: the camera looks along -z. `inputs`: shader inputs by name, (samples,) or
+    (samples, 3).
+    """
+    count = len(normals)
+    width = min(_ROW, max(count, _SMALLEST_PICTURE))
+    height = max(-(-count // width), _SMALLEST_PICTURE)
+    index = np.arange(count)
+    centre = np.stack([index % width + 0.5 - width / 2, height / 2 - index // width - 0.5, np.zeros(count)], axis=1)
+    cos_v = np.maximum(normals[:, 2], _STEEPEST)
+    # One edge along the horizon; across it the triangle is as much longer as it is seen shorter.
+    level = np.stack([-normals[:, 1], normals[:, 0], np.zeros(count)], axis=1)
+    size = np.linalg.norm(level, axis=1, keepdims=True)
+    level = np.where(size > 1e-6, level / np.maximum(size, 1e-12), [1.0, 0.0, 0.0])
+    steep = np.cross(normals, level) / cos_v[:, None]
+    corners = [centre + _HALF_SIDE * (a * level + b * steep) for a, b in ((-1.0, -0.7), (1.0, -0.7), (0.0, 1.0))]
+    arrays: dict[str, NDArray[Any]] = {
+        "vertices": np.stack(corners, axis=1).reshape(-1, 3).astype(np.float32),
+        "faces": np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+    }
+    arrays |= {f"input:{name}": np.asarray(value, dtype=np.float32) for name, value in inputs.items()}
+    camera = {
+        "width": float(max(width, height)),
+        "resolution": [width, height],
+        "clip": [1.0, 2.0 * _HEIGHT],
+        "filter_width": 0.01,
+        "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, _HEIGHT], [0, 0, 0, 1]],
+    }
+    return arrays, camera
+
+
+def samples_of(image: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+    """The pixels of a cloud as (samples, 3)."""
+    return image.reshape(-1, image.shape[-1])[:count, :3].copy()
+
+
+def sun(to_light: Sequence[float], irradiance: float = 1.0, *, shadow: bool = False) -> dict[str, Any]:
+    """A light infinitely far away in the direction `to_light`, a unit vector."""
+    return {"irradiance": irradiance, "matrix": looking_along(to_light), "shadow": shadow}
+
+
+def looking_along(backward: Sequence[float], position: Sequence[float] = (0.0, 0.0, 0.0)) -> list[list[float]]:
+    """Matrix of an object whose +z is `backward`, a unit vector: lights shine and cameras look along -z."""
+    z = np.asarray(backward, dtype=float)
+    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.999 else [0.0, 0.0, 1.0], z)
+    x /= np.linalg.norm(x)
+    columns = np.stack([x, np.cross(z, x), z, np.asarray(position, dtype=float)], axis=1)
+    return [*columns.tolist(), [0.0, 0.0, 0.0, 1.0]]
+
+
+def _read(path: Path) -> dict[str, NDArray[np.float32]]:
+    import OpenImageIO as oiio
+
+    image = oiio.ImageInput.open(str(path))
+    if image is None:
+        raise RuntimeFailure("Cycles' picture could not be read back; is the disk of temporary files full?")
+    passes: dict[str, NDArray[np.float32]] = {}
+    try:
+        part = 0
+        while image.seek_subimage(part, 0):
+            names = image.spec().channelnames
+            pixels = image.read_image("float")
+            if pixels is None:
+                raise RuntimeFailure(f"Cycles' picture could not be read back: {image.geterror()}")
+            for index, name in enumerate(names):
+                layer, _, channel = name.rpartition(".")
+                key = layer.rpartition(".")[2] or layer
+                passes.setdefault(key, np.zeros((*pixels.shape[:2], 4), dtype=np.float32))
+                if channel in "RGBA":
+                    passes[key][..., "RGBA".index(channel)] = pixels[..., index]
+                elif channel in "XYZ":
+                    passes[key][..., "XYZ".index(channel)] = pixels[..., index]
+            part += 1
+    finally:
+        image.close()
+    return passes

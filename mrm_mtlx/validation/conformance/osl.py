@@ -1,0 +1,245 @@
+"""The cases in Cycles: the OSL of the node library against the oracle.
+
+Four variants, as the library has them:
+
+* functions: `f(v', l) cos(l)` in OSL, sample by sample;
+* closures: flag off, what the renderer's own closures reflect of a sun;
+* cycles: flag on, the surface met again from v' through a ray portal;
+* aligned: flag on, a standard closure in a turned frame, approximate: L1 error and albedo against stated bounds.
+
+MaterialX's own implementation has closures alone, with the flag off and on.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.engines import osl
+from mrm_mtlx.library import Origin, load_library, node_library_folder
+from mrm_mtlx.reference import Model, ShadingPoints, Surface
+from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
+from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.comparison import compare
+from mrm_mtlx.validation.conformance.approximation import measure_aligned
+from mrm_mtlx.validation.conformance.cases import (
+    ALPHA_RANGE,
+    Case,
+    case_document,
+    case_points,
+    draw_properties,
+    shader_parameters,
+)
+from mrm_mtlx.validation.conformance.hardware import merged
+from mrm_mtlx.validation.conformance.results import CaseResult
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference import Tolerance
+
+TARGET = "osl"
+ENGINE = "cycles"
+
+# Angles between v and l of the suns that closures are measured under: from well inside the narrowest lobe to grazing.
+_ANGLES_DEG = (0.05, 0.15, 0.4, 1.0, 2.5, 6.0, 12.0, 25.0, 45.0, 70.0, 100.0, 140.0)
+
+_BATCH = 1 << 16
+
+# The portal's step in a cloud of facets, which lie a unit apart at coordinates up to 200: 10^3 times their rounding.
+_PORTAL_STEP = 0.02
+
+
+def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> list[Callable[[], Iterator[CaseResult]]]:
+    """The work to do, in the order of the report; each step yields its results."""
+    plain = [case for case in cases if not case.film]
+    if origin is Origin.UPSTREAM:
+        return [partial(_run, case, "closures", partial(_closures, origin=origin), samples, seed) for case in plain]
+    variants: list[tuple[Case, str, Callable[..., CaseResult]]] = []
+    for case in cases:
+        variants.append((case, "functions", _functions))
+        if case.film:
+            continue
+        if not case.retroreflective:
+            variants.append((case, "closures", partial(_closures, origin=origin)))
+            continue
+        variants.append((case, "cycles", partial(_closures, origin=origin, mode=OslMode.CYCLES)))
+        if not case.anisotropic:
+            variants.append((case, "aligned", _aligned))
+    return [partial(_run, *variant, samples, seed) for variant in variants]
+
+
+def _run(case: Case, variant: str, measure: Callable[..., CaseResult], samples: int, seed: int) -> Iterator[CaseResult]:
+    available = osl.availability()
+    if not available.available:
+        yield CaseResult(case, TARGET, ENGINE, None, f"{available.detail}; {available.remedy}", variant)
+        return
+    yield measure(case, variant, samples, seed)
+
+
+def _functions(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
+    """The exact functions, at the samples that the hardware targets have."""
+    surface = _surface(case, Origin.MRM)
+    rng = sampling.generator(seed, case.name)
+    found, batches = [], []
+    shader: Path | None = None
+    for start in range(0, samples, _BATCH):
+        points = case_points(case, min(_BATCH, samples - start), rng)
+        inputs = _function_inputs(points)
+        shader = shader or compile_function(case.node.removesuffix("_bsdf"), points.properties, case.retroreflective)
+        found.append(osl.evaluate(shader, inputs))
+        batches.append((points, surface.tolerance(points)))
+    whole, tolerance = merged(batches)
+    return CaseResult(case, TARGET, ENGINE, compare(np.concatenate(found), tolerance, whole), None, variant)
+
+
+def _surface(case: Case, origin: Origin) -> Surface:
+    document = case_document(case, load_library(origin).document)
+    return Surface(renderable_elements(document)[0], Model.CLOSURES)
+
+
+def _function_inputs(points: ShadingPoints) -> dict[str, Array]:
+    frame = {
+        "to_view": points.view,
+        "to_light": np.broadcast_to(points.light, points.view.shape),
+        "facing": points.normal,
+        "along": points.tangent,
+    }
+    return frame | shader_parameters(points.properties)
+
+
+# The inputs of each function after v and l, before the flag, the film and the frame.
+_ARGUMENTS = {
+    "conductor": ("weight", "ior", "extinction", "roughness"),
+    "dielectric": ("weight", "tint", "ior", "roughness"),
+    "generalized_schlick": ("weight", "color0", "color82", "color90", "exponent", "roughness"),
+}
+
+
+def compile_function(name: str, properties: Mapping[str, Array], retroreflective: bool) -> Path:
+    """Compile a shader that emits what `mrm_NAME_response` of the OSL library returns; for inputs of these shapes."""
+    folder = osl.process.runtime().folder
+    for file in sorted((node_library_folder() / "pbrlib" / "genosl" / "lib").glob("*.osl")):
+        shutil.copy(file, folder)
+    declared = [f"color {n} = 0" if v.ndim == 2 else f"float {n} = 0" for n, v in shader_parameters(properties).items()]
+    declared += [f"vector {n} = 0" for n in ("to_view", "to_light", "facing", "along")]
+    film = ["lobe_thinfilm_thickness", "lobe_thinfilm_ior"] if "thinfilm_ior" in properties else ["0.0", "1.5"]
+    arguments = [n if n == "roughness" else f"lobe_{n}" for n in _ARGUMENTS[name]]
+    call = ", ".join(["to_view", "to_light", *arguments, str(int(retroreflective)), *film, "normal(facing)", "along"])
+    source = (
+        '#include "mx_funcs.h"\n#include "mrm_response.osl"\n'
+        f"shader evaluate_{name}({', '.join(declared)}, output closure color out = 0)\n{{\n"
+        "    vector2 roughness = {roughness_in1, roughness_in2};\n"
+        f"    out = emission() * mrm_{name}_response({call});\n}}\n"
+    )
+    return osl.compile_for_cycles(source, f"evaluate_{name}")
+
+
+def _closures(
+    case: Case, variant: str, samples: int, seed: int, *, origin: Origin, mode: OslMode = OslMode.ALIGNED
+) -> CaseResult:
+    """What the closures of the generated shader reflect of suns at several angles."""
+    library = load_library(origin)
+    surface = _surface(case, origin)
+    document = case_document(case, library.document, from_properties=False)
+    source = generate(renderable_elements(document)[0], TARGET, library, mode).sources["pixel"]
+    shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {_PORTAL_STEP}\n{source}", case.node)
+    rng = sampling.generator(seed, case.name)
+    found: list[Any] = []
+    batches: list[tuple[ShadingPoints, Tolerance]] = []
+    count = -(-samples // len(_ANGLES_DEG))
+    for angle in np.deg2rad(_ANGLES_DEG):
+        points = points_at_angle(case, count, float(angle), rng)
+        inputs = shader_parameters({**points.properties, "tangent": points.tangent})
+        seen = replace(points, normal=osl.true_normals(points.normal).astype(float))
+        found.append(osl.direct_light(shader, points.normal, inputs, list(points.light)))
+        batches.append((seen, surface.tolerance(seen)))
+    whole, tolerance = merged(batches)
+    return CaseResult(case, TARGET, ENGINE, compare(np.concatenate(found), tolerance, whole), None, variant)
+
+
+def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generator) -> ShadingPoints:
+    """Samples with v = z and one l at this angle [rad] from it, in the xz-plane; frames and parameters vary.
+
+    Three in four lie around the lobe's peak. For a retroreflective lobe the angle itself says how far off the peak a
+    sample is, so that its width follows from the angle: the facet's slope, half the angle, in units of the width is
+    drawn from the distribution.
+    """
+    properties = draw_properties(case, count, rng)
+    if "color82" in properties:
+        properties["color82"] = np.ones((count, 3))  # the closure has no such parameter
+    radius = np.sqrt(rng.random(count) / np.maximum(rng.random(count), 1e-6))
+    if case.retroreflective:
+        wanted = np.clip(np.tan(angle / 2) / np.maximum(radius, 1e-3), *ALPHA_RANGE)
+        near = rng.random(count) < 0.75
+        properties["roughness"] = np.where(near[:, None], _spread(case, wanted, rng), properties["roughness"])
+    v, l = _pairs(case, properties["roughness"], angle, rng)
+    light = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    return ShadingPoints(
+        view=np.broadcast_to([0.0, 0.0, 1.0], (count, 3)),
+        light=_float32(light),
+        normal=_turned(v, l, np.array([0.0, 0.0, 1.0])),
+        tangent=_float32(_turned(v, l, np.array([1.0, 0.0, 0.0]))),
+        position=np.zeros((count, 3)),
+        texcoord=np.zeros((count, 2)),
+        properties={name: _float32(value) for name, value in properties.items()},
+    )
+
+
+def _spread(case: Case, width: Array, rng: np.random.Generator) -> Array:
+    """Two widths of this geometric mean, up to a factor of 2 apart from it."""
+    stretch = np.exp(rng.uniform(-0.7, 0.7, len(width))) if case.anisotropic else np.ones(len(width))
+    return np.clip(np.stack([width * stretch, width / stretch], axis=1), *ALPHA_RANGE)
+
+
+def _pairs(case: Case, alpha: Array, angle: float, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Local directions v and l at this angle, both above the surface."""
+    count = len(alpha)
+    v, l = np.zeros((count, 3)), np.zeros((count, 3))
+    todo = np.arange(count)
+    for attempt in range(64):
+        phi = 2.0 * np.pi * rng.random(len(todo))
+        around = rng.random(len(todo)) < (0.75 if attempt < 32 else 0.0)
+        if case.retroreflective:
+            seen = sampling.spherical(np.maximum(rng.random(len(todo)), 2e-3), rng.random(len(todo)))
+            lit = sampling.rotated(seen, angle, phi)
+        else:
+            # The facet's normal, halfway between v and l: within the lobe, or anywhere.
+            radius = np.sqrt(rng.random(len(todo)) / np.maximum(rng.random(len(todo)), 1e-6))
+            slopes = [radius * np.cos(phi) * alpha[todo, 0], radius * np.sin(phi) * alpha[todo, 1]]
+            near = np.stack([*slopes, np.ones(len(todo))], axis=1)
+            anywhere = sampling.spherical(rng.random(len(todo)), rng.random(len(todo)))
+            m = np.where(around[:, None], near / np.linalg.norm(near, axis=1, keepdims=True), anywhere)
+            turn = 2.0 * np.pi * rng.random(len(todo))
+            seen, lit = sampling.rotated(m, angle / 2, turn), sampling.rotated(m, angle / 2, turn + np.pi)
+        good = (seen[:, 2] > 1e-3) & (lit[:, 2] > 1e-3)
+        v[todo[good]], l[todo[good]] = seen[good], lit[good]
+        todo = todo[~good]
+        if not len(todo):
+            break
+    else:  # the mirror pair is always above
+        mirror = np.array([np.sin(angle / 2), 0.0, np.cos(angle / 2)])
+        v[todo], l[todo] = mirror, mirror * [-1.0, 1.0, 1.0]
+    return v, l
+
+
+def _turned(v: Array, l: Array, axis: Array) -> Array:
+    """A local axis after the turn that takes v to z and l into the xz-plane, toward x."""
+    side = l - np.sum(l * v, axis=1, keepdims=True) * v
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    return np.stack([side @ axis, np.cross(v, side) @ axis, v @ axis], axis=1)
+
+
+def _aligned(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
+    del samples, seed  # a quadrature, not a sample
+    return CaseResult(case, TARGET, ENGINE, None, None, variant, tuple(measure_aligned(case.node)))
+
+
+def _float32(a: Array) -> Array:
+    return np.asarray(a, dtype=np.float32).astype(float)
