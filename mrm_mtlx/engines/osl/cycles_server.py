@@ -82,8 +82,11 @@ def compile_shader(source, target):
     return {"ok": bool(_cycles.osl_compile(source, target))}
 
 
-def render(arrays, shader, camera, lights, world, samples, bounces, seed, threads, output, passes=()):
-    """Render a mesh with a shader to a multi-layer EXR file of 32-bit floats.
+def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads):
+    """Render a mesh with a shader to multi-layer EXR files of 32-bit floats, one per take.
+
+    A take has its own "lights" and, where only a part of the rows is wanted, "rows": the fractions of the height, from
+    the bottom, between which it is rendered.
 
     `arrays`: "vertices" (n, 3), "faces" (m, corners), optionally "normals" (m, corners, 3); those named "input:NAME",
     (m,) or (m, 3), are inputs of the shader that are constant on each face.
@@ -111,18 +114,24 @@ def render(arrays, shader, camera, lights, world, samples, bounces, seed, thread
     scene.render.threads_mode, scene.render.threads = "FIXED", threads
     scene.render.use_compositing = scene.render.use_sequencer = False
     scene.view_settings.view_transform = "Raw"
-    for name in passes:
-        setattr(bpy.context.view_layer, name, True)
     set_world(scene, world)
     add_mesh(scene, arrays, make_material(shader, arrays))
     add_camera(scene, camera)
-    for light in lights:
-        add_light(scene, light)
     picture = scene.render.image_settings
     picture.media_type = "MULTI_LAYER_IMAGE"
     picture.file_format, picture.color_depth, picture.exr_codec = "OPEN_EXR_MULTILAYER", "32", "NONE"
-    scene.render.filepath = output
-    bpy.ops.render.render(write_still=True)
+    # Between takes only the lights change: mesh and compiled shader stay, which is most of the time.
+    scene.render.use_persistent_data = len(takes) > 1
+    for take in takes:
+        for old in [o for o in scene.objects if o.type == "LIGHT"]:
+            bpy.data.objects.remove(old)
+        for light in take["lights"]:
+            add_light(scene, light)
+        bottom, top = take.get("rows", (0.0, 1.0))
+        scene.render.use_border = "rows" in take
+        scene.render.border_min_y, scene.render.border_max_y = bottom, top
+        scene.render.filepath = take["output"]
+        bpy.ops.render.render(write_still=True)
     return {}
 
 

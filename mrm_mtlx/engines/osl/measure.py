@@ -9,13 +9,13 @@ import numpy as np
 
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.compiler import compile_for_cycles
-from mrm_mtlx.engines.osl.scenes import Scene, cloud, render, samples_of, sun
+from mrm_mtlx.engines.osl.scenes import Scene, Take, cloud, render, rows_of, samples_of, sun
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
 
@@ -44,14 +44,12 @@ def evaluate(shader: Path, inputs: Mapping[str, Array]) -> NDArray[np.float32]:
     for start in range(0, count, _BATCH):
         part = slice(start, start + _BATCH)
         arrays, camera = cloud(facing[part], {name: value[part] for name, value in inputs.items()})
-        found.append(samples_of(render(shader, Scene(arrays, camera))["Combined"], len(facing[part])))
+        found.append(samples_of(render(shader, Scene(arrays, camera))[0], len(facing[part])))
     return np.concatenate(found)
 
 
-def direct_light(
-    shader: Path, normals: Array, inputs: Mapping[str, Array], to_light: Sequence[float]
-) -> NDArray[np.float32]:
-    """Radiance of facets under a sun of unit irradiance, seen along z: f(v, l) cos(l), shape (samples, 3).
+def direct_light(shader: Path, normals: Array, inputs: Mapping[str, Array], to_light: ArrayLike) -> NDArray[np.float32]:
+    """Radiance of facets under suns of unit irradiance, one at a time, seen along z: f(v, l) cos(l).
 
     Parameters
     ----------
@@ -59,30 +57,40 @@ def direct_light(
         As `evaluate`; the shader's output is a surface closure.
     normals : shape (samples, 3)
         Wanted normals, z > 0; what float32 makes of them, in the corners of a facet, `true_normals` tells.
-    to_light
-        l, a unit vector.
+    to_light : shape (suns, 3)
+        l, unit vectors.
+
+    Returns
+    -------
+    ndarray, shape (suns, samples, 3)
     """
-    found = []
-    for start in range(0, len(normals), _BATCH):
-        part = slice(start, start + _BATCH)
-        arrays, camera = cloud(normals[part], {name: value[part] for name, value in inputs.items()})
-        image = render(shader, Scene(arrays, camera, [sun(to_light)]))["Combined"]
-        found.append(samples_of(image, len(normals[part])))
-    return np.concatenate(found)
+    suns = [Take([sun(direction)]) for direction in np.asarray(to_light, dtype=float).tolist()]
+    arrays, camera = cloud(normals, inputs)
+    return np.stack([samples_of(image, len(normals)) for image in render(shader, Scene(arrays, camera), suns)])
+
+
+def direct_light_by_groups(
+    shader: Path, normals: Array, inputs: Mapping[str, Array], to_light: ArrayLike
+) -> NDArray[np.float32]:
+    """As `direct_light`, but with as many equal groups of facets as suns, each lit by its own; shape (samples, 3)."""
+    directions = np.asarray(to_light, dtype=float).tolist()
+    count, groups = len(normals), len(directions)
+    takes = [Take([sun(l)], rows_of(k, groups, count)) for k, l in enumerate(directions)]
+    arrays, camera = cloud(normals, inputs)
+    images = render(shader, Scene(arrays, camera), takes)
+    parts = [slice(k * count // groups, (k + 1) * count // groups) for k in range(groups)]
+    return np.concatenate([samples_of(image, count)[part] for image, part in zip(images, parts, strict=True)])
 
 
 def true_normals(normals: Array) -> NDArray[np.float32]:
     """The normals N that a shader sees on facets with these wanted normals, (samples, 3).
 
-    Not those of a rendered normal pass, which averages the closures' normals: an aligned lobe has its own.
+    Those of the same cloud alone: they depend, in the last digits, on where in it a facet lies. Not those of a rendered
+    normal pass, which averages the closures' normals: an aligned lobe has its own.
     """
-    shader = _normal_shader(process.runtime())
-    found = []
-    for start in range(0, len(normals), _BATCH):
-        part = normals[start : start + _BATCH]
-        arrays, camera = cloud(part, {})
-        found.append(samples_of(render(shader, Scene(arrays, camera))["Combined"], len(part)))
-    return np.concatenate(found)
+    arrays, camera = cloud(normals, {})
+    (image,) = render(_normal_shader(process.runtime()), Scene(arrays, camera))
+    return samples_of(image, len(normals))
 
 
 @lru_cache(maxsize=1)
@@ -102,4 +110,4 @@ def furnace(
     """
     arrays, camera = cloud(normals, inputs)
     scene = Scene(arrays, camera, world={"radiance": [1.0, 1.0, 1.0]}, samples=samples, bounces=bounces)
-    return samples_of(render(shader, scene, seed)["Combined"], len(normals))
+    return samples_of(render(shader, scene, seed=seed)[0], len(normals))

@@ -31,7 +31,7 @@ _STEEPEST = 2e-4
 
 @dataclass(frozen=True)
 class Scene:
-    """A mesh under lights, seen by a camera; see `cycles_server.render`.
+    """A mesh, seen by a camera; see `cycles_server.render`.
 
     Attributes
     ----------
@@ -39,27 +39,36 @@ class Scene:
         "vertices", "faces", and what else the server takes.
     camera
         "resolution", "matrix", "clip", "filter_width", and "width" or "field".
-    lights
-        Suns and points.
     world
         Surroundings: {} is black.
     samples, bounces
         Paths per pixel, and how often one may be reflected.
-    passes
-        Names of Blender's view layer switches.
     """
 
     arrays: Mapping[str, NDArray[Any]]
     camera: Mapping[str, Any]
-    lights: Sequence[Mapping[str, Any]] = ()
     world: Mapping[str, Any] = field(default_factory=dict)
     samples: int = 1
     bounces: int = 0
-    passes: tuple[str, ...] = ()
 
 
-def render(shader: Path, scene: Scene, seed: int = 0) -> dict[str, NDArray[np.float32]]:
-    """Render a compiled shader; images (height, width, channels), row 0 on top, by pass: "Combined", "Normal", ...
+@dataclass(frozen=True)
+class Take:
+    """One render of a scene: its lights, and the rows wanted, as fractions of the height from the bottom."""
+
+    lights: Sequence[Mapping[str, Any]] = ()
+    rows: tuple[float, float] | None = None
+
+    def to_json(self, output: Path) -> dict[str, Any]:
+        """What the server is told."""
+        told: dict[str, Any] = {"lights": [dict(light) for light in self.lights], "output": str(output)}
+        return told if self.rows is None else {**told, "rows": list(self.rows)}
+
+
+def render(shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: int = 0) -> list[NDArray[np.float32]]:
+    """Render a compiled shader once for each take; many takes cost little more than one.
+
+    Returns one image per take, (height, width, 4), row 0 on top; rows that are not wanted are black.
 
     Raises
     ------
@@ -67,23 +76,22 @@ def render(shader: Path, scene: Scene, seed: int = 0) -> dict[str, NDArray[np.fl
         If Cycles refuses, dies, or its picture cannot be read back.
     """
     runtime = process.runtime()
-    output = runtime.folder / "render.exr"
-    output.unlink(missing_ok=True)
+    outputs = [runtime.folder / f"take_{number}.exr" for number in range(len(takes))]
+    for output in outputs:
+        output.unlink(missing_ok=True)
     runtime.request(
         "render",
         scene.arrays,
         shader=str(shader),
         camera=dict(scene.camera),
-        lights=[dict(light) for light in scene.lights],
+        takes=[take.to_json(output) for take, output in zip(takes, outputs, strict=True)],
         world=dict(scene.world),
         samples=scene.samples,
         bounces=scene.bounces,
         seed=seed,
         threads=threads(),
-        output=str(output),
-        passes=list(scene.passes),
     )
-    return _read(output)
+    return [_read(output) for output in outputs]
 
 
 def threads() -> int:
@@ -124,6 +132,13 @@ def cloud(normals: Array, inputs: Mapping[str, Array]) -> tuple[dict[str, NDArra
     return arrays, camera
 
 
+def rows_of(group: int, groups: int, count: int) -> tuple[float, float]:
+    """The rows of a cloud of `count` samples that hold this one of equal groups, widened to whole rows."""
+    rows = max(-(-count // _ROW), _SMALLEST_PICTURE)
+    first, last = group * count // groups // _ROW, -(-(group + 1) * count // groups // _ROW)
+    return 1.0 - min(last + 1, rows) / rows, 1.0 - max(first - 1, 0) / rows
+
+
 def samples_of(image: NDArray[np.float32], count: int) -> NDArray[np.float32]:
     """The pixels of a cloud as (samples, 3)."""
     return image.reshape(-1, image.shape[-1])[:count, :3].copy()
@@ -143,29 +158,15 @@ def looking_along(backward: Sequence[float], position: Sequence[float] = (0.0, 0
     return [*columns.tolist(), [0.0, 0.0, 0.0, 1.0]]
 
 
-def _read(path: Path) -> dict[str, NDArray[np.float32]]:
+def _read(path: Path) -> NDArray[np.float32]:
+    """The combined pass of a multi-layer file, RGBA; the file is removed."""
     import OpenImageIO as oiio
 
     image = oiio.ImageInput.open(str(path))
-    if image is None:
+    pixels = None if image is None else image.read_image("float")
+    if image is None or pixels is None:
         raise RuntimeFailure("Cycles' picture could not be read back; is the disk of temporary files full?")
-    passes: dict[str, NDArray[np.float32]] = {}
-    try:
-        part = 0
-        while image.seek_subimage(part, 0):
-            names = image.spec().channelnames
-            pixels = image.read_image("float")
-            if pixels is None:
-                raise RuntimeFailure(f"Cycles' picture could not be read back: {image.geterror()}")
-            for index, name in enumerate(names):
-                layer, _, channel = name.rpartition(".")
-                key = layer.rpartition(".")[2] or layer
-                passes.setdefault(key, np.zeros((*pixels.shape[:2], 4), dtype=np.float32))
-                if channel in "RGBA":
-                    passes[key][..., "RGBA".index(channel)] = pixels[..., index]
-                elif channel in "XYZ":
-                    passes[key][..., "XYZ".index(channel)] = pixels[..., index]
-            part += 1
-    finally:
-        image.close()
-    return passes
+    names = list(image.spec().channelnames)
+    image.close()
+    path.unlink()
+    return np.stack([pixels[..., names.index(f"ViewLayer.Combined.{c}")] for c in "RGBA"], axis=-1)

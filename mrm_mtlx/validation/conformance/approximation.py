@@ -35,11 +35,11 @@ BOUNDS: dict[str, tuple[tuple[float, float, float], ...]] = {
     "generalized_schlick_bsdf": ((0.04, 0.08, 0.015), (0.1, 0.16, 0.03)),
 }
 
-# Quadrature: the trapezoidal rule in ln tan(angle / 2), and midpoints in the azimuth of half a turn, the rest being its
-# mirror image. Twice as many of both move the figures by up to 0.007 for alpha 0.1 at 60 degrees, where the horizon
-# cuts the lobe, and by less than 0.001 up to alpha 0.04.
-_ANGLES = 48
-_AZIMUTHS = 24
+# Quadrature: the trapezoidal rule in ln tan(angle / 2) and in the azimuth. Twice as many of both move the L1 errors and
+# the albedos by less than 0.0005.
+_ANGLES = 96
+_AZIMUTHS = 32
+_GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 # tan(angle / 2), from a hundredth of the narrowest width, below which lies 1e-4 of a lobe, to 155 degrees.
 _RANGE = (2.5e-5, 4.5)
 
@@ -109,22 +109,25 @@ def measure_aligned(
     """
     materials = [m for m in MATERIALS if m.node == node]
     shape = (len(alphas), len(views_deg), azimuths)
-    halves = (np.arange(azimuths) + 0.5) / azimuths * np.pi
-    alpha, view, azimuth = (a.ravel() for a in np.meshgrid(alphas, np.deg2rad(views_deg), halves, indexing="ij"))
-    # v = z, and n turned from it by the view angle, toward `azimuth` measured from the plane of the light.
+    turn = 2.0 * np.pi * np.arange(azimuths) / azimuths
+    alpha, view, azimuth = (a.ravel() for a in np.meshgrid(alphas, np.deg2rad(views_deg), turn, indexing="ij"))
+    # v = z, and n turned from it by the view angle.
     normal = np.stack([np.sin(view) * np.cos(azimuth), np.sin(view) * np.sin(azimuth), np.cos(view)], axis=1)
     inputs = {"roughness_in1": np.tile(alpha, len(materials)), "roughness_in2": np.tile(alpha, len(materials))}
     for name in materials[0].inputs:
         inputs[f"lobe_{name}"] = np.repeat([m.inputs[name] for m in materials], len(alpha), axis=0)
     normals = np.tile(normal, (len(materials), 1))
     seen = osl.true_normals(normals).astype(float).reshape(len(materials), len(alpha), 3)
+    radius = np.geomspace(*_RANGE, angles)
+    angle = 2.0 * np.arctan(radius)
+    # Each sun at another azimuth, so that the horizon, where the lobe ends, meets the azimuths anew.
+    start = 2.0 * np.pi * (_GOLDEN * np.arange(angles)) % 1.0
+    suns = np.stack([np.sin(angle) * np.cos(start), np.sin(angle) * np.sin(start), np.cos(angle)], axis=1)
     shader = osl.compile_for_cycles(_source(node), f"aligned_{node}")
-    errors, found_sums, exact_sums = (np.zeros((len(materials), len(alpha), 3)) for _ in range(3))
-    for r in np.geomspace(*_RANGE, angles):
-        angle = 2.0 * np.arctan(r)
-        light = np.array([np.sin(angle), 0.0, np.cos(angle)])
-        found = osl.direct_light(shader, normals, inputs, light.tolist()).reshape(errors.shape)
-        exact = np.stack([_exact(m.lobe(alpha), n, light) for m, n in zip(materials, seen, strict=True)])
+    lit = osl.direct_light(shader, normals, inputs, suns).reshape(angles, len(materials), len(alpha), 3)
+    errors, found_sums, exact_sums = (np.zeros(lit.shape[1:]) for _ in range(3))
+    for r, sun, found in zip(radius, suns, lit, strict=True):
+        exact = np.stack([_exact(m.lobe(alpha), n, sun) for m, n in zip(materials, seen, strict=True)])
         weight = 4.0 * r * r / (1.0 + r * r) ** 2  # solid angle per ln r and azimuth
         errors += weight * np.abs(found - exact)
         found_sums += weight * found

@@ -15,7 +15,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from mrm_mtlx.validation.conformance.cases import (
     draw_properties,
     shader_parameters,
 )
-from mrm_mtlx.validation.conformance.hardware import merged
+from mrm_mtlx.validation.conformance.oracle import Oracle, joined
 from mrm_mtlx.validation.conformance.results import CaseResult
 
 if TYPE_CHECKING:
@@ -42,15 +42,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.reference import Tolerance
 
 TARGET = "osl"
 ENGINE = "cycles"
 
 # Angles between v and l of the suns that closures are measured under: from well inside the narrowest lobe to grazing.
 _ANGLES_DEG = (0.05, 0.15, 0.4, 1.0, 2.5, 6.0, 12.0, 25.0, 45.0, 70.0, 100.0, 140.0)
-
-_BATCH = 1 << 16
 
 # The portal's step in a cloud of facets, which lie a unit apart at coordinates up to 200: 10^3 times their rounding.
 _PORTAL_STEP = 0.02
@@ -85,18 +82,12 @@ def _run(case: Case, variant: str, measure: Callable[..., CaseResult], samples: 
 
 def _functions(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
     """The exact functions, at the samples that the hardware targets have."""
-    surface = _surface(case, Origin.MRM)
-    rng = sampling.generator(seed, case.name)
-    found, batches = [], []
-    shader: Path | None = None
-    for start in range(0, samples, _BATCH):
-        points = case_points(case, min(_BATCH, samples - start), rng)
-        inputs = _function_inputs(points)
-        shader = shader or compile_function(case.node.removesuffix("_bsdf"), points.properties, case.retroreflective)
-        found.append(osl.evaluate(shader, inputs))
-        batches.append((points, surface.tolerance(points)))
-    whole, tolerance = merged(batches)
-    return CaseResult(case, TARGET, ENGINE, compare(np.concatenate(found), tolerance, whole), None, variant)
+    points = case_points(case, samples, sampling.generator(seed, case.name))
+    with Oracle(_surface(case, Origin.MRM), points) as oracle:
+        shader = compile_function(case.node.removesuffix("_bsdf"), points.properties, case.retroreflective)
+        found = osl.evaluate(shader, _function_inputs(points))
+        comparison = compare(found, oracle.tolerance(), points)
+    return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
 
 
 def _surface(case: Case, origin: Origin) -> Surface:
@@ -151,17 +142,17 @@ def _closures(
     source = generate(renderable_elements(document)[0], TARGET, library, mode).sources["pixel"]
     shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {_PORTAL_STEP}\n{source}", case.node)
     rng = sampling.generator(seed, case.name)
-    found: list[Any] = []
-    batches: list[tuple[ShadingPoints, Tolerance]] = []
     count = -(-samples // len(_ANGLES_DEG))
-    for angle in np.deg2rad(_ANGLES_DEG):
-        points = points_at_angle(case, count, float(angle), rng)
-        inputs = shader_parameters({**points.properties, "tangent": points.tangent})
-        seen = replace(points, normal=osl.true_normals(points.normal).astype(float))
-        found.append(osl.direct_light(shader, points.normal, inputs, list(points.light)))
-        batches.append((seen, surface.tolerance(seen)))
-    whole, tolerance = merged(batches)
-    return CaseResult(case, TARGET, ENGINE, compare(np.concatenate(found), tolerance, whole), None, variant)
+    groups = [points_at_angle(case, count, float(angle), rng) for angle in np.deg2rad(_ANGLES_DEG)]
+    together = joined(groups)
+    normals = together.normal
+    inputs = shader_parameters({**together.properties, "tangent": together.tangent})
+    seen = osl.true_normals(normals).astype(float)
+    points = replace(together, normal=seen)
+    with Oracle(surface, points) as oracle:
+        found = osl.direct_light_by_groups(shader, normals, inputs, [group.light for group in groups])
+        comparison = compare(found, oracle.tolerance(), points)
+    return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
 
 
 def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generator) -> ShadingPoints:

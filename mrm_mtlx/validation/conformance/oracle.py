@@ -1,0 +1,64 @@
+"""The oracle over many samples: in batches, on all processors, while an engine is at work."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.bsdf.blocks import processors
+from mrm_mtlx.reference import ShadingPoints, Tolerance
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import Self
+
+    from mrm_mtlx.reference import Surface
+
+# Samples per evaluation: its temporaries stay in the processor's cache.
+_BATCH = 1 << 14
+
+
+class Oracle:
+    """What a surface is expected to return, evaluated in the background; a context manager."""
+
+    def __init__(self, surface: Surface, points: ShadingPoints) -> None:
+        self._pool = ThreadPoolExecutor(processors())
+        batches = [part(points, slice(start, start + _BATCH)) for start in range(0, len(points), _BATCH)]
+        self._futures = [self._pool.submit(surface.tolerance, batch) for batch in batches]
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Drop what has not begun."""
+        self._pool.shutdown(cancel_futures=True)
+
+    def tolerance(self) -> Tolerance:
+        """Expected values of all samples and what is allowed; waits for them."""
+        found = [future.result() for future in self._futures]
+        return Tolerance(np.concatenate([t.expected for t in found]), np.concatenate([t.allowed for t in found]))
+
+
+def part(points: ShadingPoints, where: slice) -> ShadingPoints:
+    """Some of the samples."""
+    arrays = {f.name: getattr(points, f.name) for f in fields(points) if f.name != "properties"}
+    chosen = {name: array if array.ndim == 1 else array[where] for name, array in arrays.items()}
+    return replace(points, **chosen, properties={name: value[where] for name, value in points.properties.items()})
+
+
+def joined(points: list[ShadingPoints]) -> ShadingPoints:
+    """All samples as one, each with a light of its own."""
+
+    def together(name: str) -> np.ndarray:
+        arrays = [getattr(p, name) for p in points]
+        return np.concatenate([np.broadcast_to(a, (len(p), a.shape[-1])) for a, p in zip(arrays, points, strict=True)])
+
+    names = ("view", "light", "normal", "tangent", "position", "texcoord")
+    properties = {name: np.concatenate([p.properties[name] for p in points]) for name in points[0].properties}
+    return ShadingPoints(**{name: together(name) for name in names}, properties=properties)
