@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Seed
 
 
 class ShapeName(StrEnum):
@@ -17,6 +17,13 @@ class ShapeName(StrEnum):
     SPHERE = "sphere"
     PLANE = "plane"
     CONE = "cone"
+
+
+class Engine(StrEnum):
+    """What renders."""
+
+    GL = "gl"
+    CYCLES = "cycles"
 
 
 def register(app: typer.Typer) -> None:
@@ -47,21 +54,34 @@ def render(
     element: Annotated[
         str | None, typer.Option("--element", metavar="NAME", help="Renderable element; default: the first.")
     ] = None,
+    engine: Annotated[
+        Engine,
+        typer.Option("--engine", help="The generated GLSL in the OpenGL driver, or the OSL, path-traced in Cycles."),
+    ] = Engine.GL,
+    paths: Annotated[
+        int, typer.Option("--paths", min=1, max=1 << 16, help="Paths per pixel, with --engine cycles.")
+    ] = 64,
+    seed: Seed = 0,
+    osl_mode: Annotated[
+        OslModeName, typer.Option("--osl-mode", help="How OSL makes a retroreflective lobe, with --engine cycles.")
+    ] = OslModeName.ALIGNED,
     library: Library = Implementation.MRM,
 ) -> None:
-    """Render a material on a sphere, plane or cone under a headlight or a light at an angle."""
+    """Render a material on a sphere, plane or cone under a headlight, a light at an angle, and surroundings."""
+    from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.documents import open_document
-    from mrm_mtlx.engines import gl
+    from mrm_mtlx.engines import gl, osl
+    from mrm_mtlx.engines.compile_error import CompileError
     from mrm_mtlx.engines.gl.textures import read_image
     from mrm_mtlx.library import Origin, load_library
-    from mrm_mtlx.render import picture
-    from mrm_mtlx.shadergen import GenerationError
+    from mrm_mtlx.render import path_traced, picture
+    from mrm_mtlx.shadergen import GenerationError, OslMode
 
     if output.suffix.lower() not in (".png", ".exr"):
         raise typer.BadParameter(f"{output}: expected a name that ends in .png or .exr", param_hint="--output")
     if exposure is not None and not -100.0 <= exposure <= 100.0:
         raise typer.BadParameter(f"{exposure}: expected -100 to 100 stops", param_hint="--exposure")
-    available = gl.availability()
+    available = gl.availability() if engine is Engine.GL else osl.availability()
     if not available.available:
         typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)
         raise typer.Exit(2)
@@ -69,21 +89,26 @@ def render(
     opened = open_document(path, data, element)
     try:
         surroundings = None if environment is None else read_image(environment)
-        panels = picture.render(
-            opened.elements[0],
-            data,
-            path.parent,
-            picture.Settings(shape.value, _light_angle(light), size, surroundings, compare),
-        )
-        picture.write(panels, output, exposure)
+        settings = picture.Settings(shape.value, _light_angle(light), size, surroundings, compare)
+        surface = (opened.elements[0], data, path.parent, settings)
+        if engine is Engine.GL:
+            picture.write(picture.render(*surface), output, exposure)
+        else:
+            with progress("rendering") as report:
+                mode = OslMode(osl_mode.value)
+                panels = path_traced.render(*surface, paths=paths, seed=seed, mode=mode, progress=report)
+            picture.write(panels, output, exposure, oversampling=1)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     except GenerationError as error:
         typer.echo(f"error SHADER_GENERATE /{opened.elements[0].getNamePath()}: {error}", err=True)
         raise typer.Exit(1) from error
-    except gl.CompileError as error:
+    except CompileError as error:
         typer.echo(f"error SHADER_COMPILE: {error}", err=True)
         raise typer.Exit(1) from error
+    except osl.RuntimeFailure as error:
+        typer.echo(f"mrm: {error}", err=True)
+        raise typer.Exit(2) from error
     typer.echo(f"wrote {output}", err=True)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
 from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.library.files import replacing
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
 from mrm_mtlx.shadergen import generate
@@ -22,13 +23,15 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
 
 # Samples per pixel along each axis.
-_OVERSAMPLING = 2
+OVERSAMPLING = 2
 # Directions per sample of the shader's environment lookup.
 _ENVIRONMENT_SAMPLES = 16
 # Angle between light and eye in the "from aside" panels of a comparison [degrees].
 COMPARISON_DEGREES = 30.0
+# Irradiance of the light where the shape stands: a white diffuser that faces it has radiance 1.
+IRRADIANCE = float(np.pi)
 # Radiance around the shape where there is no environment: dark, but not black, so that outlines show.
-_BACKDROP = 0.004
+BACKDROP = 0.004
 _GAP = 4
 
 
@@ -82,17 +85,28 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
     with SurfaceProgram(shader, textures) as program:
         if not settings.compare:
             return _panel(program, settings, {})
-        panels = [
-            _panel(program, replace(settings, light_degrees=angle), dict.fromkeys(flags, flag))
-            for flag in (False, True)
-            for angle in (None, settings.light_degrees or COMPARISON_DEGREES)
-        ]
-    gap = np.full((panels[0].shape[0], _GAP * _OVERSAMPLING, 3), _BACKDROP)
-    return np.concatenate([part for panel in panels for part in (panel, gap)][:-1], axis=1)
+        return side_by_side(
+            [
+                _panel(program, replace(settings, light_degrees=angle), dict.fromkeys(flags, flag))
+                for flag, angle in comparison_panels(settings)
+            ],
+            _GAP * OVERSAMPLING,
+        )
 
 
-def write(radiance: Array, path: Path, exposure: float | None) -> None:
-    """Write a picture: EXR holds the linear radiance, PNG a tone-mapped version.
+def comparison_panels(settings: Settings) -> list[tuple[bool, float | None]]:
+    """Flag and light angle of each panel of a comparison."""
+    return [(flag, angle) for flag in (False, True) for angle in (None, settings.light_degrees or COMPARISON_DEGREES)]
+
+
+def side_by_side(panels: list[Array], gap: int = _GAP) -> Array:
+    """Panels of one height beside each other, this many pixels apart."""
+    between = np.full((panels[0].shape[0], gap, 3), BACKDROP)
+    return np.concatenate([part for panel in panels for part in (panel, between)][:-1], axis=1)
+
+
+def write(radiance: Array, path: Path, exposure: float | None, *, oversampling: int = OVERSAMPLING) -> None:
+    """Write a picture whole or not at all: EXR holds the linear radiance, PNG a tone-mapped version.
 
     Raises
     ------
@@ -102,16 +116,21 @@ def write(radiance: Array, path: Path, exposure: float | None) -> None:
     import OpenImageIO as oiio
 
     linear = path.suffix.lower() == ".exr"
-    pixels = _reduce(radiance if linear else tone_map(radiance, exposure))
+    pixels = _reduce(radiance if linear else tone_map(radiance, exposure), oversampling)
     height, width, _ = pixels.shape
     spec = oiio.ImageSpec(width, height, 3, "half" if linear else "uint8")
     spec.attribute("oiio:ColorSpace", "lin_rec709" if linear else "sRGB")
-    target = oiio.ImageOutput.create(str(path))
-    if target is None or not target.open(str(path), spec):
-        msg = f"{path} cannot be written: {oiio.geterror() or (target and target.geterror())}"
-        raise ValueError(msg)
-    target.write_image(np.ascontiguousarray(np.minimum(pixels, 65504.0), dtype=np.float32))
-    target.close()
+    try:
+        with replacing(path) as unfinished:
+            target = oiio.ImageOutput.create(str(unfinished))
+            if target is None or not target.open(str(unfinished), spec):
+                raise OSError(oiio.geterror() or (target and target.geterror()))
+            kept = np.ascontiguousarray(np.minimum(pixels, 65504.0), dtype=np.float32)
+            if not target.write_image(kept) or not target.close():
+                raise OSError(target.geterror() or "the disk may be full")
+    except OSError as error:
+        msg = f"{path} cannot be written: {error.strerror or error}"
+        raise ValueError(msg) from error
 
 
 def tone_map(radiance: Array, exposure: float | None) -> Array:
@@ -129,12 +148,12 @@ def tone_map(radiance: Array, exposure: float | None) -> Array:
 
 
 def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool]) -> Array:
-    size = settings.size * _OVERSAMPLING
+    size = settings.size * OVERSAMPLING
     rays = camera_rays(size)
     hits = intersect(settings.shape, rays)
     seen = np.flatnonzero(hits.found)
     environment = None
-    image = np.full((size * size, 3), _BACKDROP)
+    image = np.full((size * size, 3), BACKDROP)
     if settings.environment is not None:
         environment = surroundings.environment(settings.environment, _ENVIRONMENT_SAMPLES)
         image = surroundings.look_up(settings.environment, rays)
@@ -145,21 +164,25 @@ def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool
 
 
 def _light(degrees: float | None) -> PointLight | DirectionalLight:
-    irradiance = float(np.pi)
     if degrees is None:
-        intensity = irradiance * (float(np.linalg.norm(EYE)) + 1.0) ** 2  # see PointLight
+        intensity = IRRADIANCE * (float(np.linalg.norm(EYE)) + 1.0) ** 2  # see PointLight
         return PointLight(tuple(float(x) for x in EYE), (intensity, intensity, intensity))
+    return DirectionalLight(direction_of_light(degrees), (IRRADIANCE, IRRADIANCE, IRRADIANCE))
+
+
+def direction_of_light(degrees: float) -> tuple[float, float, float]:
+    """Unit vector to a light at this angle from the eye, to its right, seen from the origin."""
     angle, to_eye = np.deg2rad(degrees), EYE / np.linalg.norm(EYE)
     right = np.cross([0.0, 1.0, 0.0], to_eye)
-    direction = np.cos(angle) * to_eye + np.sin(angle) * right / np.linalg.norm(right)
-    return DirectionalLight(tuple(float(x) for x in direction), (irradiance, irradiance, irradiance))
+    x, y, z = np.cos(angle) * to_eye + np.sin(angle) * right / np.linalg.norm(right)
+    return float(x), float(y), float(z)
 
 
-def _reduce(image: Array) -> Array:
-    """Mean over the samples of each pixel."""
-    height, width = (n // _OVERSAMPLING for n in image.shape[:2])
-    blocks = image[: height * _OVERSAMPLING, : width * _OVERSAMPLING]
-    return np.asarray(blocks.reshape(height, _OVERSAMPLING, width, _OVERSAMPLING, 3).mean(axis=(1, 3)))
+def _reduce(image: Array, step: int) -> Array:
+    """Mean over blocks of this many pixels on a side."""
+    height, width = (n // step for n in image.shape[:2])
+    blocks = image[: height * step, : width * step]
+    return np.asarray(blocks.reshape(height, step, width, step, 3).mean(axis=(1, 3)))
 
 
 def _srgb(value: Array) -> Array:

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 # The camera looks at the origin, where every shape of about unit size stands, from above the horizon.
 EYE = np.array([0.0, 1.1, 6.0])
-_HALF_FIELD = np.tan(np.deg2rad(12.0))
+HALF_FIELD = np.tan(np.deg2rad(12.0))
 
-_CONE_APEX, _CONE_BASE, _CONE_RADIUS = 1.05, -1.0, 0.72
-_PLANE_HALF = 0.95
+CONE_APEX, CONE_BASE, CONE_RADIUS = 1.05, -1.0, 0.72
+PLANE_HALF = 0.95
 # The panel is turned away from the eye: a sign seen from the side, at an entrance angle of about 20 degrees.
-_PLANE_TURN = np.deg2rad(18.0)
+PLANE_TURN = np.deg2rad(18.0)
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def camera_rays(size: int) -> Array:
     right = np.cross(forward, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
-    steps = ((np.arange(size) + 0.5) / size * 2.0 - 1.0) * _HALF_FIELD
+    steps = ((np.arange(size) + 0.5) / size * 2.0 - 1.0) * HALF_FIELD
     rays = forward + steps[None, :, None] * right - steps[:, None, None] * up
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)
 
@@ -72,33 +72,33 @@ def _sphere(rays: Array) -> Hits:
 
 
 def _plane(rays: Array) -> Hits:
-    normal = np.array([np.sin(_PLANE_TURN), 0.0, np.cos(_PLANE_TURN)])
-    tangent = np.array([np.cos(_PLANE_TURN), 0.0, -np.sin(_PLANE_TURN)])
+    normal = np.array([np.sin(PLANE_TURN), 0.0, np.cos(PLANE_TURN)])
+    tangent = np.array([np.cos(PLANE_TURN), 0.0, -np.sin(PLANE_TURN)])
     distance = -(EYE @ normal) / (rays @ normal)
     p = EYE + distance[:, None] * rays
     x, y = p @ tangent, p[:, 1]
-    found = (distance > 0.0) & (np.abs(x) < _PLANE_HALF) & (np.abs(y) < _PLANE_HALF)
-    uv = np.stack([x, y], axis=1) / (2.0 * _PLANE_HALF) + 0.5
+    found = (distance > 0.0) & (np.abs(x) < PLANE_HALF) & (np.abs(y) < PLANE_HALF)
+    uv = np.stack([x, y], axis=1) / (2.0 * PLANE_HALF) + 0.5
     ones = np.ones((len(p), 1))
     return Hits(found, p, ones * normal, ones * tangent, uv)
 
 
 def _cone(rays: Array) -> Hits:
     # x^2 + z^2 = slope^2 (apex - y)^2
-    slope = _CONE_RADIUS / (_CONE_APEX - _CONE_BASE)
-    height = _CONE_APEX - EYE[1]
+    slope = CONE_RADIUS / (CONE_APEX - CONE_BASE)
+    height = CONE_APEX - EYE[1]
     a = rays[:, 0] ** 2 + rays[:, 2] ** 2 - slope**2 * rays[:, 1] ** 2
     b = EYE[0] * rays[:, 0] + EYE[2] * rays[:, 2] + slope**2 * height * rays[:, 1]
     c = EYE[0] ** 2 + EYE[2] ** 2 - slope**2 * height**2
     root = b**2 - a * c
     distance = (-b - np.sqrt(root)) / a
     p = EYE + distance[:, None] * rays
-    found = (root > 0.0) & (p[:, 1] < _CONE_APEX) & (p[:, 1] > _CONE_BASE)
+    found = (root > 0.0) & (p[:, 1] < CONE_APEX) & (p[:, 1] > CONE_BASE)
     radial = _unit(p * [1.0, 0.0, 1.0])
     normal = _unit(radial + slope * np.array([0.0, 1.0, 0.0]))
     tangent = np.stack([radial[:, 2], np.zeros(len(p)), -radial[:, 0]], axis=1)
     turn = np.arctan2(p[:, 0], p[:, 2]) / (2 * np.pi) + 0.5
-    uv = np.stack([turn, (p[:, 1] - _CONE_BASE) / (_CONE_APEX - _CONE_BASE)], axis=1)
+    uv = np.stack([turn, (p[:, 1] - CONE_BASE) / (CONE_APEX - CONE_BASE)], axis=1)
     return Hits(found, p, normal, tangent, uv)
 
 

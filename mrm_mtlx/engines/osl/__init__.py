@@ -5,7 +5,7 @@ from mrm_mtlx.engines.osl.compiler import availability as compiler_availability
 from mrm_mtlx.engines.osl.compiler import check, compile_for_cycles
 from mrm_mtlx.engines.osl.measure import direct_light, direct_light_by_groups, evaluate, furnace, true_normals
 from mrm_mtlx.engines.osl.process import RuntimeFailure, availability
-from mrm_mtlx.engines.osl.scenes import Scene, Take, looking_along, render, sun
+from mrm_mtlx.engines.osl.scenes import Scene, Take, looking_along, point, render, sun
 
 __all__ = [
     "CompileError",
@@ -22,6 +22,7 @@ __all__ = [
     "evaluate",
     "furnace",
     "looking_along",
+    "point",
     "render",
     "sun",
     "true_normals",

@@ -82,14 +82,15 @@ def compile_shader(source, target):
     return {"ok": bool(_cycles.osl_compile(source, target))}
 
 
-def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads):
+def render(arrays, shader, camera, takes, world, samples, bounces, values, seed, threads):
     """Render a mesh with a shader to multi-layer EXR files of 32-bit floats, one per take.
 
     A take has its own "lights" and, where only a part of the rows is wanted, "rows": the fractions of the height, from
     the bottom, between which it is rendered.
 
-    `arrays`: "vertices" (n, 3), "faces" (m, corners), optionally "normals" (m, corners, 3); those named "input:NAME",
-    (m,) or (m, 3), are inputs of the shader that are constant on each face.
+    `arrays`: "vertices" (n, 3), "faces" (m, corners); optionally "normals" (m, corners, 3) for a smooth surface, "uv"
+    (m, corners, 2) for the shader's input mrm_uv, and "environment" (height, width, 3). Those named "input:NAME", (m,)
+    or (m, 3), are inputs of the shader that are constant on each face; `values` are constant everywhere.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -114,8 +115,11 @@ def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads
     scene.render.threads_mode, scene.render.threads = "FIXED", threads
     scene.render.use_compositing = scene.render.use_sequencer = False
     scene.view_settings.view_transform = "Raw"
+    if "environment" in arrays:
+        world = {"image": write_image(arrays["environment"], Path(takes[0]["output"]).with_name("environment.exr"))}
+    scene.render.film_transparent = not world
     set_world(scene, world)
-    add_mesh(scene, arrays, make_material(shader, arrays))
+    add_mesh(scene, arrays, make_material(shader, arrays, values))
     add_camera(scene, camera)
     picture = scene.render.image_settings
     picture.media_type = "MULTI_LAYER_IMAGE"
@@ -135,8 +139,8 @@ def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads
     return {}
 
 
-def make_material(shader, arrays):
-    """A material of one script node, whose inputs come from the mesh's face attributes of the same name."""
+def make_material(shader, arrays, values):
+    """A material of one script node, whose inputs come from the mesh's attributes of the same name, or have values."""
     material = bpy.data.materials.new("surface")
     material.use_nodes = True
     # Emission would make the mesh a light, which halves the sampling of the others.
@@ -147,7 +151,7 @@ def make_material(shader, arrays):
     script.mode = "EXTERNAL"
     script.filepath = shader
     script.update()
-    for name, values in arrays.items():
+    for name, array in arrays.items():
         if not name.startswith("input:"):
             continue
         socket = script.inputs.get(name[len("input:") :])
@@ -155,7 +159,11 @@ def make_material(shader, arrays):
             raise KeyError(f"the shader has no input {name[len('input:') :]}; it has {list(script.inputs.keys())}")
         attribute = tree.nodes.new("ShaderNodeAttribute")
         attribute.attribute_name = name
-        tree.links.new(socket, attribute.outputs["Vector" if values.ndim == 2 else "Fac"])
+        tree.links.new(socket, attribute.outputs["Vector" if array.ndim == 2 else "Fac"])
+    for name, value in values.items():
+        script.inputs[name].default_value = value
+    if "uv" in arrays and "mrm_uv" in script.inputs:
+        tree.links.new(script.inputs["mrm_uv"], tree.nodes.new("ShaderNodeUVMap").outputs["UV"])
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     closures = [socket for socket in script.outputs if socket.type == "SHADER"]
     tree.links.new(output.inputs["Surface"], closures[0])
@@ -212,8 +220,8 @@ def add_light(scene, light):
     if kind == "SUN":
         data.angle, data.energy = 0.0, light["irradiance"]
     else:
-        # Blender's energy is the flux of a lamp that shines like a Lambertian sphere: intensity = flux / (4 pi^2).
-        data.shadow_soft_size, data.energy = 0.0, light["intensity"] * 4.0 * math.pi**2
+        # Blender's energy is the flux into all directions.
+        data.shadow_soft_size, data.energy = 0.0, light["intensity"] * 4.0 * math.pi
     object_ = bpy.data.objects.new("light", data)
     place(object_, light["matrix"])
     scene.collection.objects.link(object_)
@@ -229,7 +237,32 @@ def set_world(scene, world):
     if "image" in world:
         image = tree.nodes.new("ShaderNodeTexEnvironment")
         image.image = bpy.data.images.load(world["image"])
+        image.image.colorspace_settings.name = "Non-Color"
+        # Blender's latitude is about z and its centre column at x; ours is about y and at -z: (x, y, z) -> (-z, -x, y).
+        direction, split = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeSeparateXYZ")
+        joined, signs = tree.nodes.new("ShaderNodeCombineXYZ"), tree.nodes.new("ShaderNodeVectorMath")
+        signs.operation = "MULTIPLY"
+        signs.inputs[1].default_value = (-1.0, -1.0, 1.0)
+        tree.links.new(split.inputs[0], direction.outputs["Generated"])
+        for target, source in (("X", "Z"), ("Y", "X"), ("Z", "Y")):
+            tree.links.new(joined.inputs[target], split.outputs[source])
+        tree.links.new(signs.inputs[0], joined.outputs[0])
+        tree.links.new(image.inputs["Vector"], signs.outputs[0])
         tree.links.new(background.inputs["Color"], image.outputs["Color"])
+
+
+def write_image(pixels, path):
+    """Write (height, width, 3) radiance, row 0 on top, as an image that Blender loads; its path."""
+    height, width, _ = pixels.shape
+    image = bpy.data.images.new("environment", width, height, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    rgba = np.ones((height, width, 4), np.float32)
+    rgba[..., :3] = pixels[::-1]
+    image.pixels.foreach_set(rgba.ravel())
+    image.file_format = "OPEN_EXR"
+    image.filepath_raw = str(path)
+    image.save()
+    return str(path)
 
 
 def place(object_, matrix):

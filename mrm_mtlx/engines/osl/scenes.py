@@ -40,9 +40,12 @@ class Scene:
     camera
         "resolution", "matrix", "clip", "filter_width", and "width" or "field".
     world
-        Surroundings: {} is black.
+        Surroundings: {} is black, and transparent in the picture; "radiance" is a colour. A latitude-longitude image,
+        (height, width, 3), row 0 at +y and its centre column at -z, is the array "environment".
     samples, bounces
         Paths per pixel, and how often one may be reflected.
+    values
+        Numbers for inputs of the shader, in the place of its own.
     """
 
     arrays: Mapping[str, NDArray[Any]]
@@ -50,6 +53,7 @@ class Scene:
     world: Mapping[str, Any] = field(default_factory=dict)
     samples: int = 1
     bounces: int = 0
+    values: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,7 @@ def render(shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: 
         world=dict(scene.world),
         samples=scene.samples,
         bounces=scene.bounces,
+        values=dict(scene.values),
         seed=seed,
         threads=threads(),
     )
@@ -147,6 +152,11 @@ def samples_of(image: NDArray[np.float32], count: int) -> NDArray[np.float32]:
 def sun(to_light: Sequence[float], irradiance: float = 1.0, *, shadow: bool = False) -> dict[str, Any]:
     """A light infinitely far away in the direction `to_light`, a unit vector."""
     return {"irradiance": irradiance, "matrix": looking_along(to_light), "shadow": shadow}
+
+
+def point(position: Sequence[float], intensity: float) -> dict[str, Any]:
+    """A light at a point, with this radiant intensity in all directions; it casts shadows."""
+    return {"intensity": intensity, "matrix": looking_along((0.0, 0.0, 1.0), position), "shadow": True}
 
 
 def looking_along(backward: Sequence[float], position: Sequence[float] = (0.0, 0.0, 0.0)) -> list[list[float]]:

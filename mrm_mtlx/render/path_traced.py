@@ -1,0 +1,136 @@
+"""Renders a material with Cycles: a path tracer, from the generated OSL."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+import numpy as np
+
+from mrm_mtlx.engines import osl
+from mrm_mtlx.render import picture
+from mrm_mtlx.render.meshes import mesh
+from mrm_mtlx.render.shapes import EYE, HALF_FIELD
+from mrm_mtlx.shadergen import OslMode, Shader, generate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.render.picture import Settings
+
+# Paths per pixel of one request to Cycles: the pace of the progress bar.
+_PASS = 16
+# A path's reflections; the shapes are convex, so light comes from the lamp, the surroundings, or through a portal.
+_BOUNCES = 4
+
+
+def render(
+    element: Any,
+    library: DataLibrary,
+    folder: Path,
+    settings: Settings,
+    *,
+    paths: int = 64,
+    seed: int = 0,
+    mode: OslMode = OslMode.ALIGNED,
+    progress: Callable[[int, int], None] | None = None,
+) -> Array:
+    """Linear radiance of the picture, (height, width, 3); camera, light and scale as `picture.render` has them.
+
+    Parameters
+    ----------
+    element, library, folder, settings
+        As `picture.render`; the document of `element` gets absolute names of its image files.
+    paths
+        Paths per pixel.
+    seed
+        Fixes the noise.
+    mode
+        How the node library makes retroreflective lobes.
+    progress
+        Called with (finished, all) requests.
+
+    Raises
+    ------
+    GenerationError
+        If MaterialX refuses.
+    CompileError
+        If the OSL compiler refuses the shader.
+    RuntimeFailure
+        If there is no Cycles, or it dies.
+    ValueError
+        If a comparison is asked for of a material without a retroreflective lobe.
+    """
+    mx.flattenFilenames(element.getDocument(), mx.FileSearchPath(str(folder.resolve())))
+    shader = generate(element, "osl", library, mode)
+    flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
+    if settings.compare and not flags:
+        msg = "nothing to compare: no lobe of the material is retroreflective"
+        raise ValueError(msg)
+    compiled = osl.compile_for_cycles(for_cycles(shader), shader.name)
+    panels = picture.comparison_panels(settings) if settings.compare else [(True, settings.light_degrees)]
+    passes = -(-paths // _PASS)
+    images = []
+    for index, (flag, degrees) in enumerate(panels):
+        scene = _scene(settings, min(paths, _PASS), {} if flag else dict.fromkeys(flags, 0))
+        total = np.zeros((settings.size, settings.size, 4))
+        for number in range(passes):
+            (image,) = osl.render(compiled, scene, [osl.Take([_light(degrees)])], seed=seed + number)
+            total += image
+            if progress:
+                progress(index * passes + number + 1, len(panels) * passes)
+        images.append(_on_backdrop(total / passes, settings))
+    return picture.side_by_side(images)
+
+
+def for_cycles(shader: Shader) -> str:
+    """Generated OSL with what Cycles has elsewhere: texture coordinates, and images upside down.
+
+    The globals u and v are barycentric in Cycles; the coordinates come as an input, from the mesh. MaterialX has v grow
+    upward, OSL's texture lookup downward.
+    """
+    source = shader.sources["pixel"]
+    if "vector2(u,v)" in source:
+        source = source.replace("vector2(u,v)", "vector2(mrm_uv[0],mrm_uv[1])")
+        head, _, tail = source.rpartition("    output ")
+        source = f"{head}    vector mrm_uv = 0,\n    output {tail}"
+    return source.replace("    return texcoord;", "    return vector2(texcoord.x, 1.0 - texcoord.y);")
+
+
+def _scene(settings: Settings, paths: int, values: dict[str, int]) -> osl.Scene:
+    shape = mesh(settings.shape)
+    arrays: dict[str, Any] = {
+        "vertices": shape.vertices.astype(np.float32),
+        "faces": shape.faces,
+        "normals": shape.normals.astype(np.float32),
+        "uv": shape.texcoords.astype(np.float32),
+    }
+    world: dict[str, Any] = {}
+    if settings.environment is not None:
+        arrays["environment"] = np.asarray(settings.environment[..., :3], dtype=np.float32)
+    to_eye = EYE / np.linalg.norm(EYE)
+    camera = {
+        "field": float(2.0 * np.arctan(HALF_FIELD)),
+        "resolution": [settings.size, settings.size],
+        "clip": [0.1, 100.0],
+        "filter_width": 1.0,
+        "matrix": osl.looking_along(to_eye.tolist(), EYE.tolist()),
+    }
+    return osl.Scene(arrays, camera, world, paths, _BOUNCES, values)
+
+
+def _light(degrees: float | None) -> dict[str, Any]:
+    if degrees is None:
+        return osl.point(EYE.tolist(), picture.IRRADIANCE * float(EYE @ EYE))
+    return osl.sun(picture.direction_of_light(degrees), picture.IRRADIANCE, shadow=True)
+
+
+def _on_backdrop(image: Array, settings: Settings) -> Array:
+    """The picture without its alpha; the surroundings, where there are none, as `picture` shows them."""
+    colour, alpha = image[..., :3], image[..., 3:]
+    if settings.environment is None:
+        colour = colour + (1.0 - np.clip(alpha, 0.0, 1.0)) * picture.BACKDROP
+    return np.asarray(np.maximum(np.nan_to_num(colour, nan=0.0), 0.0))
