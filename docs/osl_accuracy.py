@@ -16,7 +16,9 @@ VIEWS_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 def main() -> None:
     """Print the tables."""
     print("<!-- Made by: python docs/osl_accuracy.py > docs/osl-accuracy.md -->\n# Accuracy of the aligned lobe\n")
-    print(f"Measured in {osl.availability().detail}, against the oracle; see [osl.md](osl.md). Each cell: L1 error, then")
+    print(
+        f"Measured in {osl.availability().detail}, against the oracle; see [osl.md](osl.md). Each cell: L1 error, then"
+    )
     print("the ratio of the albedos, over the width alpha and the angle of the view direction from the normal.")
     for node in NODES:
         found = {(a.material, a.alpha, a.view_deg): a for a in measure_aligned(node, ALPHAS, VIEWS_DEG)}

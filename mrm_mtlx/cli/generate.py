@@ -50,5 +50,9 @@ def generate(
                 typer.echo(shader.sources[stage])
                 continue
             file = output / f"{renderable.getNamePath().replace('/', '_')}{suffix}"
+            try:
+                output.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise typer.BadParameter(f"{output}: {error.strerror}", param_hint="--output") from error
             write_file(file, shader.sources[stage])
             typer.echo(f"wrote {file}", err=True)

@@ -82,7 +82,7 @@ def write_report(text: str, output: Path | None) -> None:
 
 
 def write_file(path: Path, text: str) -> None:
-    """Write a text file whole or not at all, making its folder.
+    """Write a text file whole or not at all.
 
     Raises
     ------
@@ -92,7 +92,6 @@ def write_file(path: Path, text: str) -> None:
     from mrm_mtlx.library.files import replacing
 
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
     except OSError as error:

@@ -285,7 +285,8 @@ RULES: dict[str, Rule] = {
             _WARNING,
             "target ignores the retroreflective flag",
             "The generated code for this target does not depend on the flag, so that the material looks ordinary "
-            "there. In MaterialX 1.39.5 this is so for OSL (the value is never read) and MDL (before module 1.11).",
+            "there. In MaterialX 1.39.5 this is so for MDL (before module 1.11) and, without the node library of this "
+            "project, for OSL (the value is never read).",
             "Nothing in the document is wrong; do not rely on this target for the effect.",
         ),
         Rule(

@@ -54,7 +54,7 @@ def test_doctor_says_what_runs_here_and_how_to_add_the_rest(mrm, gl):
     assert list(found) == ["schema", "versions", "targets", "engines"]
     assert found["schema"] == "mrm.doctor/1"
     assert set(found["targets"]) <= set(TARGETS)
-    assert list(found["engines"]) == ["gl", "vulkan", "slang", "osl"]
+    assert list(found["engines"]) == ["gl", "vulkan", "slang", "osl", "cycles"]
     assert found["engines"]["gl"]["detail"] == gl.detail
     for name, engine in found["engines"].items():
         (line,) = [line for line in text.stdout.splitlines() if line.startswith(f"{name} ")]

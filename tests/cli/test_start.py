@@ -88,7 +88,7 @@ def test_a_heavy_package_would_be_noticed(environment, metal):
         ("validate", "a.mtlx", "--jobs", "-1"),
         ("validate", "a.mtlx", "--timeout", "0"),
         ("validate", "a.mtlx", "--library", "theirs"),
-        ("conformance", "--target", "osl"),
+        ("conformance", "--target", "msl"),
         ("conformance", "--samples", "0"),
         ("generate",),
         ("generate", "a.mtlx", "--target", "cobol"),

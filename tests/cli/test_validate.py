@@ -16,7 +16,7 @@ import pytest
 from mrm_mtlx.shadergen import available_targets
 
 # A target that is generated and not run: no driver, no compiler, a tenth of the time.
-QUICK = ("--target", "osl", "-j", "1")
+QUICK = ("--target", "mdl", "-j", "1")
 GLSL = ("--target", "glsl", "--samples", "256", "-j", "1")
 
 VERDICT = re.compile(r"^(PASSED|FAILED|NOTHING CHECKED)  \d+ errors?, \d+ warnings?, \d+ checked, \d+ skipped")
@@ -51,11 +51,13 @@ def test_0_warnings_alone_and_1_with_strict(mrm, place, gl):
 
 
 def test_0_skips_beside_verdicts_and_1_with_strict(mrm, metal, gl):
-    targets = (*GLSL, "--target", "osl")
+    targets = (*GLSL, "--target", "mdl")
     assert mrm("validate", metal, *targets).returncode == 0
     strict = mrm("validate", metal, *targets, "--strict")
     assert strict.returncode == 1
-    assert strict.stdout.splitlines()[-1] == "FAILED  0 errors, 0 warnings, 1 checked, 1 skipped (1 osl: no OSL engine)"
+    assert (
+        strict.stdout.splitlines()[-1] == "FAILED  0 errors, 0 warnings, 1 checked, 1 skipped (1 mdl: no MDL compiler)"
+    )
 
 
 def test_1_a_document_with_an_error(mrm, place):

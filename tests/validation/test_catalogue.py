@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 # Where a rule needs another target than GLSL to show.
-TARGETS = {"SHADER_DIFFERS": ("glsl", "essl"), "SHADER_IGNORES_RETRO": ("glsl", "osl")}
+TARGETS = {"SHADER_DIFFERS": ("glsl", "essl"), "SHADER_IGNORES_RETRO": ("glsl", "mdl")}
 
 # These show in what the driver does with the shader.
 NEED_GL = {"SHADER_COMPILE", "SHADER_DIFFERS", "SHADER_NOT_FINITE", "CHECK_CRASHED", "CHECK_TIMEOUT"}

@@ -158,7 +158,7 @@ def gains(check, tmp_path):
     def of(nodes: str) -> list[tuple[str, str]]:
         path = tmp_path / "surface.mtlx"
         path.write_text(SHOWN.format(nodes), encoding="utf-8")
-        (found,) = check(path, targets=("osl",))
+        (found,) = check(path, targets=("mdl",))
         return [(f.code, f.message) for f in found.findings if f.code != "SHADER_IGNORES_RETRO"]
 
     return of

@@ -149,7 +149,7 @@ def findings(tmp_path_factory, bounded) -> dict[str, list[dict[str, str]]]:
     (folder / "folder.mtlx").mkdir()
     (folder / "dangling.mtlx").symlink_to("nothing")
     (folder / "document_by_link.mtlx").symlink_to(root / OUTSIDE / "metal.mtlx")
-    done = bounded("validate", folder, "--target", "osl", "--format", "json", "-j", "1")
+    done = bounded("validate", folder, "--target", "mdl", "--format", "json", "-j", "1")
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
     return {Path(d["path"]).stem: d["findings"] for d in json.loads(done.stdout)["documents"]}

@@ -97,7 +97,7 @@ def test_reports_are_the_same_bytes_whatever_the_number_of_processes(gl, folder,
         d=("READ_XML", "triggers"),
     )
     one, two, seeded = (
-        reports.to_json(validate([path], settings(jobs=jobs, targets=("glsl", "osl"), seed=seed)))
+        reports.to_json(validate([path], settings(jobs=jobs, targets=("glsl", "mdl"), seed=seed)))
         for jobs, seed in ((1, 0), (2, 0), (2, 1))
     )
     assert one == two
@@ -203,7 +203,7 @@ def test_versions_are_those_of_what_a_verdict_depends_on():
 
 def test_engines_say_whether_they_are_there_and_why_not(monkeypatch):
     found = engines()
-    assert list(found) == ["gl", "vulkan", "slang"]
+    assert list(found) == ["gl", "vulkan", "slang", "osl"]
     for state in found.values():
         assert list(state) == ["available", "renderer" if state["available"] else "reason"]
         assert state[list(state)[1]]
