@@ -5,22 +5,25 @@ from __future__ import annotations
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 import matplotlib as mpl
+import numpy as np
 
+from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.gl.textures import read_image
 from mrm_mtlx.library import load_library, materials_folder
-from mrm_mtlx.render import picture
-from mrm_mtlx.shadergen import renderable_elements
+from mrm_mtlx.render import path_traced, picture
+from mrm_mtlx.shadergen import OslMode, renderable_elements
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
+
+    from mrm_mtlx.library import DataLibrary
 
 IMAGES = Path(__file__).parent / "images"
 SHAPES = {"traffic_cone_collar": "cone", "shoe_trim": "cone", "hi_vis_tape_silver": "sphere", "cats_eye": "sphere"}
@@ -31,6 +34,17 @@ PANELS = (
     "as written,\nlight 30° aside",
 )
 PANEL = 160
+# Angles of the light from the eye; None is at the eye.
+ANGLES = (None, 1.0, 30.0)
+FIVE = {
+    "hi_vis_tape_silver": "sphere",
+    "traffic_cone_collar": "cone",
+    "road_sign_sheeting_prismatic_blue": "plane",
+    "licence_plate": "plane",
+    "bicycle_reflector_red": "sphere",
+}
+FIVE_PANEL = 96
+KEPT: list[Any] = []
 
 
 def comparison(path: Path, shape: str, size: int) -> NDArray[np.float32]:
@@ -75,12 +89,67 @@ def teaser(path: Path) -> None:
     figure.savefig(IMAGES / "compare.png", dpi=96, metadata={"Software": None})
 
 
+def five_in_osl() -> None:
+    """Five materials in OpenGL and in Cycles, docs/images/osl.png; prints how far the pictures are apart."""
+    figure, axes = plt.subplots(len(FIVE), 1, figsize=(9.0, 1.36 * len(FIVE)), facecolor="#181818")
+    library = load_library()
+    for axis, (name, shape) in zip(axes, FIVE.items(), strict=True):
+        path = materials_folder() / f"{name}.mtlx"
+        rows = []
+        for angle in ANGLES:
+            settings = picture.Settings(shape, angle, FIVE_PANEL, None, compare=False)
+            panels = [in_opengl(path, library, settings)]
+            panels += [
+                path_traced.render(*renderable(path, library), path.parent, settings, paths=32, mode=mode)
+                for mode in (OslMode.ALIGNED, OslMode.CYCLES)
+            ]
+            for mode, panel in zip(("aligned", "cycles"), panels[1:], strict=True):
+                off = np.abs(panel - panels[0]) / np.quantile(panels[0], 0.99)
+                print(f"{name:30} {angle or 0:4g} deg  {mode:8} mean {off.mean():.1e}  largest {off.max():.1e}")
+            rows.append(panels)
+        # By light, then by renderer.
+        axis.imshow(shown(picture.side_by_side([panel for panels in rows for panel in panels])))
+        axis.set_axis_off()
+        axis.text(-12, FIVE_PANEL / 2, name.replace("_", "\n"), color="white", ha="right", va="center", fontsize=8)
+    width = (FIVE_PANEL + 4) * 3
+    for index, label in enumerate(("light at the eye", "1° aside", "30° aside")):
+        axes[0].text((index + 0.5) * width, -8, label, color="white", ha="center", va="bottom", fontsize=9)
+    figure.subplots_adjust(left=0.12, right=0.995, top=0.95, bottom=0.005, hspace=0.04)
+    figure.savefig(IMAGES / "osl.png", dpi=110, metadata={"Software": None})
+
+
+def renderable(path: Path, library: DataLibrary) -> tuple[Any, DataLibrary]:
+    """The first material of a document, and the library."""
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, str(path))
+    document.setDataLibrary(library.document)
+    element = renderable_elements(document)[0]
+    KEPT.append(document)  # elements do not keep their document alive
+    return element, library
+
+
+def in_opengl(path: Path, library: DataLibrary, settings: picture.Settings) -> NDArray[np.floating]:
+    """Linear radiance as the OpenGL engine has it, one value per pixel."""
+    image = picture.render(*renderable(path, library), path.parent, settings)
+    size = settings.size
+    return image.reshape(size, picture.OVERSAMPLING, size, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
+
+
+def shown(radiance: NDArray[np.floating]) -> NDArray[np.floating]:
+    """The picture's colours on one scale."""
+    return picture.tone_map(radiance, None)
+
+
 def main() -> None:
     """Make every picture."""
     IMAGES.mkdir(exist_ok=True)
     paths = sorted(materials_folder().glob("*.mtlx"))
     teaser(materials_folder() / "traffic_cone_collar.mtlx")
     overview(paths)
+    if osl.availability().available:
+        five_in_osl()
+    else:
+        print(f"no images/osl.png: {osl.availability().detail}", file=sys.stderr)
     print(f"{len(paths)} materials in {IMAGES.name}/materials.png", file=sys.stderr)
 
 

@@ -11,8 +11,17 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.engines.osl import availability as osl_availability
+
 REPOSITORY = Path(__file__).parents[1]
-PAGES = ("README.md", "libraries/pbrlib/README.md", "docs/development.md", "docs/comparison.md", "materials/README.md")
+PAGES = (
+    "README.md",
+    "libraries/pbrlib/README.md",
+    "docs/development.md",
+    "docs/comparison.md",
+    "docs/osl.md",
+    "materials/README.md",
+)
 
 # How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that
 # suits a test), or a reason in parentheses why it is not run here.
@@ -26,8 +35,19 @@ COMMANDS = {
     "pytest": "(this is the run)",
     "ruff check . && ruff format --check .": "(.ci/run)",
     "mypy": "(.ci/run)",
-    "mrm conformance": "mrm conformance --samples 512",
-    "mrm conformance --library upstream": "mrm conformance --library upstream --samples 512",
+    "mrm conformance": "mrm conformance --samples 512 --target glsl --target essl",
+    "mrm conformance --library upstream --target glsl --target essl": (
+        "mrm conformance --library upstream --target glsl --target essl --samples 512"
+    ),
+    "mrm conformance --target osl": "mrm conformance --target osl --samples 512",
+    "mrm validate materials/ --target osl": "mrm validate materials/ --target osl --samples 64",
+    "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --osl-mode cycles": None,
+    "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png": (
+        "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png --size 32 "
+        "--paths 4"
+    ),
+    "pip install 'mrm-mtlx[osl]'": "(tests/test_wheel.py installs)",
+    "python docs/osl_accuracy.py > docs/osl-accuracy.md": "(takes minutes; it is imported below)",
     "python benchmarks/run.py": "(takes minutes and prints times; benchmarks are imported below)",
     "python docs/figures.py": "(needs the extra dev; its parts are imported below)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
@@ -57,6 +77,8 @@ def test_a_command_of_the_pages_runs(command: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mrm_mtlx.cli.main", *arguments[1:]]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     # Without a driver, nothing can be compared (3), and the doctor says so (1).
+    if ("osl" in command or "cycles" in command) and not osl_availability().available:
+        pytest.skip(f"OSL runtime: {osl_availability().detail}; {osl_availability().remedy}")
     allowed = (0, 3) if "conformance" in command else (0, 1) if "doctor" in command else (0,)
     assert done.returncode in allowed, done.stderr
 
@@ -100,7 +122,9 @@ def test_links_of_the_pages_lead_somewhere(page: str) -> None:
 
 
 def test_benchmarks_and_figures_import() -> None:
-    scripts = ["benchmarks/run.py"] + (["docs/figures.py"] if shutil.which("ruff") and _has("matplotlib") else [])
+    scripts = ["benchmarks/run.py", "docs/osl_accuracy.py"] + (
+        ["docs/figures.py"] if shutil.which("ruff") and _has("matplotlib") else []
+    )
     for script in scripts:
         code = f"import runpy; runpy.run_path({str(REPOSITORY / script)!r}, run_name='imported')"
         subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

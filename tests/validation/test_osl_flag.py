@@ -1,4 +1,4 @@
-"""The rule that reports a target ignoring the flag, for OSL: with MaterialX's library it fires, with ours it does not."""
+"""The rule that reports a target ignoring the flag: for OSL it fires with MaterialX's library, and not with ours."""
 
 from __future__ import annotations
 
