@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines import gl as gl_engine
+from mrm_mtlx.engines import osl as osl_engine
 from mrm_mtlx.library import DataLibrary, Origin, load_library
 
 if TYPE_CHECKING:
@@ -62,6 +63,17 @@ def gl() -> Availability:
         pytest.fail(f"MRM_EXPECT_GL asks for '{expected}', found: {state.detail}", pytrace=False)
     if not state.available:
         pytest.skip(f"OpenGL engine not available: {state.detail}; {state.remedy}")
+    return state
+
+
+@pytest.fixture(scope="session")
+def cycles() -> Availability:
+    """The OSL runtime. Absent, it skips, or fails where MRM_EXPECT_OSL is set."""
+    state = osl_engine.availability()
+    if not state.available and os.environ.get("MRM_EXPECT_OSL"):
+        pytest.fail(f"MRM_EXPECT_OSL asks for the OSL runtime, found: {state.detail}", pytrace=False)
+    if not state.available:
+        pytest.skip(f"OSL runtime not available: {state.detail}; {state.remedy}")
     return state
 
 

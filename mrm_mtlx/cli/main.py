@@ -44,9 +44,8 @@ def run() -> None:
     """Entry point. Exit status: 0 clean, 1 findings, 2 usage or internal error, 3 nothing checked, 130 interrupted."""
     try:
         status = app(standalone_mode=False)
-    except typer.Abort:  # what the command-line library makes of an interrupt
-        status = 130
-    except KeyboardInterrupt:
+    except (typer.Abort, KeyboardInterrupt):  # the command-line library makes the one of the other
+        print("mrm: interrupted", file=sys.stderr)
         status = 130
     except (BrokenPipeError, SystemExit):
         # The reader of our output went away (`mrm ... | head`), which the libraries below turn into SystemExit: nothing

@@ -117,6 +117,7 @@ def _scene(settings: Settings, paths: int, values: dict[str, int]) -> osl.Scene:
         "resolution": [settings.size, settings.size],
         "clip": [0.1, 100.0],
         "filter_width": 1.0,
+        "alone": False,
         "matrix": osl.looking_along(to_eye.tolist(), EYE.tolist()),
     }
     return osl.Scene(arrays, camera, world, paths, _BOUNCES, values)

@@ -96,7 +96,6 @@ def test_an_error_is_given_with_file_line_and_statement(cycles, no_oslc, what):
     assert "\n" not in str(message)
 
 
-@pytest.mark.xfail(reason="OSL counts the line that it puts before a source; it is not taken off again", strict=True)
 @pytest.mark.parametrize("what", BROKEN)
 def test_the_line_of_an_error_is_the_one_that_the_statement_is_on(cycles, no_oslc, what):
     source = shader(*BROKEN[what][0])
@@ -147,7 +146,6 @@ def test_a_header_that_is_not_there_is_named(cycles, no_oslc):
     assert "'nowhere.h' file not found" in message.message
 
 
-@pytest.mark.xfail(reason="a fatal error is not taken apart: its words hold the folder's random name", strict=True)
 def test_no_message_depends_on_where_the_runtime_has_its_folder(cycles, no_oslc):
     (message,) = complaints('#include "nowhere.h"\n' + shader("out = diffuse(N);"))
     assert process.runtime().folder.name not in str(message)
@@ -284,7 +282,6 @@ def test_an_oslc_that_gives_no_reason_still_refuses(monkeypatch, tmp_path):
 
 
 @posix
-@pytest.mark.xfail(reason="a death by signal counts as a refusal", strict=True, raises=osl.CompileError)
 def test_an_oslc_that_crashes_is_not_the_fault_of_the_source(monkeypatch, tmp_path):
     put_on_path(monkeypatch, tmp_path, "#!/bin/sh\nkill -SEGV $$\n")
     with pytest.raises(osl.RuntimeFailure, match="SIGSEGV"):
@@ -292,15 +289,6 @@ def test_an_oslc_that_crashes_is_not_the_fault_of_the_source(monkeypatch, tmp_pa
 
 
 @posix
-@pytest.mark.xfail(reason="OSError comes through as it is", strict=True, raises=OSError)
-def test_an_oslc_of_another_machine_is_a_runtime_failure(monkeypatch, tmp_path):
-    put_on_path(monkeypatch, tmp_path, "\x7fELF, but not of this machine")
-    with pytest.raises(osl.RuntimeFailure, match="oslc"):
-        osl.check(GOOD, "good")
-
-
-@posix
-@pytest.mark.xfail(reason="it is found, not tried", strict=True)
 def test_an_oslc_that_cannot_run_is_not_available(monkeypatch, tmp_path):
     put_on_path(monkeypatch, tmp_path, "\x7fELF, but not of this machine")
     assert osl.compiler_availability().detail != "oslc"

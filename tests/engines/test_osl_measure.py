@@ -127,7 +127,6 @@ def test_a_lambertian_surface_reflects_the_cosine_over_pi_and_nothing_from_behin
     assert_lambertian(hemisphere(rng, 700), suns)
 
 
-@pytest.mark.xfail(reason="of Euler angles, two turn about the same axis there: 4e-5 off", strict=True)
 def test_suns_at_the_horizon_of_the_camera_are_where_they_were_wanted(rng, hemisphere, polar):
     assert_lambertian(hemisphere(rng, 700), polar(np.arccos(1e-3), rng.uniform(0.0, 2.0 * np.pi, 20)))
 
@@ -174,9 +173,6 @@ def test_white_surroundings_make_a_white_lambertian_surface_white(rng, hemispher
     np.testing.assert_allclose(found, 1.0, rtol=0, atol=FLOAT32_TOL)
 
 
-@pytest.mark.xfail(
-    reason="five paths in six pass the facet by: those but the first are spread over the pixel", strict=True
-)
 def test_white_surroundings_make_a_grey_lambertian_surface_as_grey_as_it_is():
     # A path ends at the first light it meets, and brings 0.5; Russian roulette may keep it with probability sqrt(0.5)
     # and make it brighter by as much: a standard deviation of 0.33 per path, 2.6e-3 over all 16,384 of them. Of normal
@@ -186,7 +182,6 @@ def test_white_surroundings_make_a_grey_lambertian_surface_as_grey_as_it_is():
     assert abs(np.mean(found, dtype=float) - 0.5) < 5 * 2.6e-3
 
 
-@pytest.mark.xfail(reason="facets as wide as their distance stand in each other's light", strict=True)
 def test_facets_do_not_stand_in_the_light_of_their_neighbours():
     # One bounce: what a white facet reflects comes from the surroundings alone, or is lost on a neighbour.
     leaning = np.tile([0.0, np.sin(1.3), np.cos(1.3)], (1024, 1))

@@ -139,20 +139,17 @@ def test_an_interpreter_that_does_not_exist_is_named(tried, tmp_path):
     assert_absent(tried(tmp_path / "nowhere"), str(tmp_path / "nowhere"), "No such file")
 
 
-@pytest.mark.xfail(reason="the folder is made before the process, and kept when that does not start", strict=True)
 def test_an_interpreter_that_does_not_exist_leaves_no_folder(tried, tmp_path, fresh):
     tried(tmp_path / "nowhere")
     assert left_in(fresh) == []
 
 
-@pytest.mark.xfail(reason="FileNotFoundError comes through as it is", strict=True, raises=FileNotFoundError)
 def test_asking_for_a_runtime_that_cannot_start_is_a_runtime_failure(monkeypatch, tmp_path, fresh):
     monkeypatch.setenv(process.VARIABLE, str(tmp_path / "nowhere"))
     with pytest.raises(RuntimeFailure, match="nowhere"):
         process.runtime()
 
 
-@pytest.mark.xfail(reason="the relative path is looked up in the runtime's own folder", strict=True)
 def test_an_interpreter_may_be_named_by_a_relative_path_as_the_remedy_does(cycles, tried, monkeypatch, tmp_path):
     (tmp_path / "osl").symlink_to(Path(process.interpreter()).parents[1])
     monkeypatch.chdir(tmp_path)
@@ -160,7 +157,6 @@ def test_an_interpreter_may_be_named_by_a_relative_path_as_the_remedy_does(cycle
     assert state.available, state.detail
 
 
-@pytest.mark.xfail(reason="the first words are taken for the length of a message", strict=True, raises=MemoryError)
 def test_an_interpreter_that_greets_before_it_answers_is_refused_with_a_reason(tried, tmp_path, fresh):
     # As a start-up file does that prints; what it prints stands where the length of a message is expected.
     greeting = f'#!/bin/sh\necho Welcome to this environment\nexec "{sys.executable}" "$@"\n'
@@ -205,7 +201,6 @@ def test_another_python_is_told_of_the_one_that_bpy_is_for(without_bpy, monkeypa
         process.runtime()
 
 
-@pytest.mark.xfail(reason="the remedy is that of an interpreter that is not named", strict=True)
 def test_the_remedy_of_a_named_interpreter_is_about_the_one_that_is_named(tried, tmp_path):
     # To install the extra here changes nothing while the variable names another interpreter.
     assert process.VARIABLE in tried(tmp_path / "nowhere").remedy
@@ -298,7 +293,6 @@ def test_a_request_that_takes_too_long_is_ended_with_the_process(cycles, fresh, 
 
 
 @linux
-@pytest.mark.xfail(reason="nobody waits for the end of the process that was killed: a race, mostly lost", strict=False)
 def test_what_follows_a_request_that_took_too_long_has_a_process_of_its_own(cycles, fresh, monkeypatch):
     with monkeypatch.context() as impatient:
         impatient.setitem(process.CyclesProcess.request.__kwdefaults__, "timeout_s", 0.5)
@@ -325,7 +319,6 @@ def test_closing_ends_the_process_and_removes_its_folder(cycles, temporary):
     own.close()  # again, as after a crash
 
 
-@pytest.mark.xfail(reason="Blender's own temporary folder stays when the process is killed", strict=True)
 def test_closing_leaves_nothing_of_blenders_either(cycles, temporary):
     process.CyclesProcess(process.interpreter()).close()
     assert list(temporary.iterdir()) == []
@@ -393,7 +386,6 @@ def test_a_server_whose_user_was_killed_in_the_middle_of_a_request_does_not_work
 
 
 @linux
-@pytest.mark.xfail(reason="writing the answer that nobody reads ends the server before it tidies up", strict=True)
 def test_a_server_whose_user_was_killed_in_the_middle_of_a_request_removes_its_folder(cycles, temporary):
     with user_of_the_engine("400", temporary) as (user, server):
         user.kill()
@@ -429,7 +421,6 @@ def test_a_source_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles):
 
 
 @linux
-@pytest.mark.xfail(reason="the half of a header that was written is taken for the whole", strict=True)
 def test_headers_that_did_not_fit_on_the_disk_are_written_when_there_is_room_again(cycles, fresh):
     process.runtime()
     with files_limited_to(100), pytest.raises(RuntimeFailure, match="shader could not be written"):
@@ -438,7 +429,6 @@ def test_headers_that_did_not_fit_on_the_disk_are_written_when_there_is_room_aga
 
 
 @linux
-@pytest.mark.xfail(reason="it is put down to the source", strict=True, raises=osl.CompileError)
 @pytest.mark.parametrize("room", [0, 300])
 def test_a_compiled_shader_that_does_not_fit_on_the_disk_is_not_the_fault_of_the_source(cycles, room):
     with (

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
+from functools import cache
 from pathlib import Path
+from typing import NoReturn
 
 import MaterialX as mx
 
@@ -15,6 +19,7 @@ from mrm_mtlx.engines.availability import Availability
 from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.process import RuntimeFailure
+from mrm_mtlx.library.files import replacing
 
 _TIMEOUT_S = 60.0
 _SERIAL = itertools.count()
@@ -25,8 +30,24 @@ _HEADERS = "libraries/stdlib/genosl/include"
 
 def availability() -> Availability:
     """Whether OSL can be compiled here, by oslc or by Cycles."""
+    return Availability(True, "oslc") if _has_oslc() else process.availability()
+
+
+def _has_oslc() -> bool:
+    """Whether there is an oslc on the path that runs."""
     path = shutil.which("oslc")
-    return Availability(True, "oslc") if path else process.availability()
+    return path is not None and _runs(path)
+
+
+@cache
+def _runs(path: str) -> bool:
+    try:
+        subprocess.run([path, "--help"], capture_output=True, timeout=_TIMEOUT_S, check=False)
+    except OSError:
+        return False
+    except subprocess.TimeoutExpired:
+        pass  # it runs; that it does not end is for its first shader to say
+    return True
 
 
 def check(source: str, name: str) -> None:
@@ -39,7 +60,7 @@ def check(source: str, name: str) -> None:
     RuntimeFailure
         If there is no compiler, or it died.
     """
-    if not shutil.which("oslc"):
+    if not _has_oslc():
         compile_for_cycles(source, name).unlink(missing_ok=True)
         return
     with tempfile.TemporaryDirectory() as folder:
@@ -52,8 +73,12 @@ def check(source: str, name: str) -> None:
             )
         except subprocess.TimeoutExpired as error:
             raise RuntimeFailure(f"oslc did not finish within {_TIMEOUT_S:g} s") from error
+        except OSError as error:
+            raise RuntimeFailure(f"oslc does not run: {error.strerror}") from error
+        if done.returncode < 0:
+            raise RuntimeFailure(f"oslc ended with signal {signal.Signals(-done.returncode).name}")
         if done.returncode:
-            raise CompileError(parse_log(done.stdout + done.stderr, source, name))
+            _refuse(done.stdout + done.stderr, target, source, name)
 
 
 def compile_for_cycles(source: str, name: str) -> Path:
@@ -70,23 +95,29 @@ def compile_for_cycles(source: str, name: str) -> Path:
     target = runtime.folder / f"{name}_{next(_SERIAL)}.oso"
     written = _write(runtime.folder, source, name)
     answer, log = runtime.request("compile", timeout_s=_TIMEOUT_S, source=str(written), target=str(target))
-    if not answer["ok"]:
-        raise CompileError(parse_log(log, source, name))
-    if not target.is_file() or not target.stat().st_size:
+    if not answer["ok"] and "error:" in log and "Failed to write" not in log:
+        _refuse(log, runtime.folder, source, name)
+    # What the compiler wrote ends with a line of its own; on a full disk it is cut off, or not there.
+    if not answer["ok"] or not target.is_file() or not target.read_bytes().endswith(b"\n"):
         raise RuntimeFailure("the compiled shader could not be written; is the disk of temporary files full?")
     return target
+
+
+def _refuse(log: str, folder: Path, source: str, name: str) -> NoReturn:
+    """Raise what the compiler has against the source, without the name of the folder it lay in."""
+    raise CompileError(parse_log(log.replace(f"{folder}{os.sep}", ""), source, name))
 
 
 def parse_log(log: str, source: str, name: str) -> list[CompileMessage]:
     """The compiler's errors with source lines: `ERROR: name.osl:12: error: ...`, of oslc without the first word."""
     lines = source.split("\n")
     messages = []
-    for match in re.finditer(r"^(?:ERROR: )?(?:(\S+):(\d+): )?error: (.+)$", log, re.MULTILINE):
+    for match in re.finditer(r"^(?:ERROR: )?(?:(\S+?):(\d+)(?::\d+)?: )?(?:fatal )?error: (.+)$", log, re.MULTILINE):
         file, number = Path(match[1] or "").name, int(match[2] or 0)
-        # A line of a header, or of what a macro made, is not a line of the source.
-        own = file == f"{name}.osl" and number <= len(lines)
-        # OSL names the line of the token after the statement: the statement is quoted with it.
-        text = _excerpt(lines, number) if own and number else ""
+        # A line of a header is not a line of the source; the compiler puts one of its own before the source's first.
+        own = file == f"{name}.osl" and 1 < number <= len(lines) + 1
+        number -= own
+        text = lines[number - 1].strip() if own else ""
         place = f"{file}:{number}: " if file else ""
         messages.append(CompileMessage(number if own else 0, text, f"{place}{match[3].strip()}"))
     if not messages:
@@ -95,18 +126,16 @@ def parse_log(log: str, source: str, name: str) -> list[CompileMessage]:
     return messages
 
 
-def _excerpt(lines: list[str], number: int) -> str:
-    before = next((line for line in reversed(lines[: number - 1]) if line.strip()), "")
-    return f"{before.strip()} {lines[number - 1].strip()}".strip()
-
-
 def _write(folder: Path, source: str, name: str) -> Path:
     """The source beside the headers that it includes."""
     path = folder / f"{name}.osl"
     try:
         if not (folder / "mx_funcs.h").is_file():
-            for header in Path(mx.getDefaultDataSearchPath().find(_HEADERS).asString()).glob("*.h"):
-                shutil.copy(header, folder)
+            headers = Path(mx.getDefaultDataSearchPath().find(_HEADERS).asString())
+            # The one that is looked for above comes last: without it, all are copied again.
+            for header in sorted(headers.glob("*.h"), key=lambda path: path.name == "mx_funcs.h"):
+                with replacing(folder / header.name) as unfinished:
+                    shutil.copy(header, unfinished)
         path.write_text(source, encoding="utf-8")
     except OSError as error:
         raise RuntimeFailure(f"the shader could not be written for the compiler: {error.strerror}") from error

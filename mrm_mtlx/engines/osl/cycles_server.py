@@ -33,11 +33,20 @@ def main(log_path):
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the process that started this one
     bpy.utils.expose_bundled_modules()  # script nodes have no sockets without the bundled oslquery
     operations = {"versions": versions, "compile": compile_shader, "render": render}
+    try:
+        answer_requests(operations, answers, log, log_path)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), answers.fileno())  # or closing it would complain
+    finally:
+        # Whoever started this has ended, perhaps without the time to tidy up.
+        shutil.rmtree(Path(log_path).parent, ignore_errors=True)
+
+
+def answer_requests(operations, answers, log, log_path):
+    """Answer requests until there are no more, or nobody to answer."""
     while True:
         request = receive(sys.stdin.buffer)
         if request is None:
-            # Whoever started this has ended, perhaps without the time to tidy up.
-            shutil.rmtree(Path(log_path).parent, ignore_errors=True)
             return
         plain, arrays = request
         start = os.fstat(log).st_size
@@ -106,7 +115,8 @@ def render(arrays, shader, camera, takes, world, samples, bounces, values, seed,
     settings.light_sampling_threshold = 0.0
     settings.sample_clamp_direct = settings.sample_clamp_indirect = 0.0
     settings.blur_glossy = 0.0
-    settings.pixel_filter_type = "BOX"
+    # A box is as wide as the pixel, whatever its width is set to.
+    settings.pixel_filter_type = "BOX" if camera["filter_width"] == 1.0 else "BLACKMAN_HARRIS"
     settings.filter_width = camera["filter_width"]
     settings.max_bounces = settings.diffuse_bounces = settings.glossy_bounces = bounces
     settings.transmission_bounces = bounces
@@ -119,7 +129,7 @@ def render(arrays, shader, camera, takes, world, samples, bounces, values, seed,
         world = {"image": write_image(arrays["environment"], Path(takes[0]["output"]).with_name("environment.exr"))}
     scene.render.film_transparent = not world
     set_world(scene, world)
-    add_mesh(scene, arrays, make_material(shader, arrays, values))
+    add_mesh(scene, arrays, make_material(shader, arrays, values), camera["alone"])
     add_camera(scene, camera)
     picture = scene.render.image_settings
     picture.media_type = "MULTI_LAYER_IMAGE"
@@ -170,8 +180,8 @@ def make_material(shader, arrays, values):
     return material
 
 
-def add_mesh(scene, arrays, material):
-    """The mesh with its face attributes."""
+def add_mesh(scene, arrays, material, alone):
+    """The mesh with its face attributes; `alone`: seen by the camera and not by light that it reflects itself."""
     vertices, faces = arrays["vertices"], arrays["faces"]
     mesh = bpy.data.meshes.new("surface")
     mesh.vertices.add(len(vertices))
@@ -193,7 +203,9 @@ def add_mesh(scene, arrays, material):
         mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), dtype=bool))
         mesh.normals_split_custom_set(arrays["normals"].reshape(-1, 3).tolist())
     mesh.materials.append(material)
-    scene.collection.objects.link(bpy.data.objects.new("surface", mesh))
+    object_ = bpy.data.objects.new("surface", mesh)
+    object_.visible_diffuse = object_.visible_glossy = object_.visible_transmission = not alone
+    scene.collection.objects.link(object_)
 
 
 def add_camera(scene, camera):
@@ -269,6 +281,7 @@ def place(object_, matrix):
     """Set an object's matrix, given as rows."""
     from mathutils import Matrix
 
+    object_.rotation_mode = "QUATERNION"  # of Euler's angles, two turn about the same axis at right angles
     object_.matrix_world = Matrix(matrix)
 
 

@@ -41,6 +41,9 @@ PYTHON = (3, 11)
 
 SERVER = Path(__file__).with_name("cycles_server.py")
 
+# Bytes of an answer, of which the log is the most.
+_LARGEST_ANSWER = 1 << 30
+
 # Seconds to start in: Blender loads in half a second, from a cold disk in ten.
 _START_S = 120.0
 # Seconds for one request, of which the longest is a picture's pass.
@@ -65,14 +68,19 @@ class CyclesProcess:
     def __init__(self, interpreter: str) -> None:
         self._folder = _new_folder()
         log = self.folder / "cycles.log"
-        with (self.folder / "start.log").open("wb") as start:
-            self._process = subprocess.Popen(
-                [interpreter, "-I", str(SERVER), str(log)],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=start,
-                cwd=self.folder,
-            )
+        try:
+            with (self.folder / "start.log").open("wb") as start:
+                self._process = subprocess.Popen(
+                    [interpreter, "-I", str(SERVER), str(log)],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=start,
+                    cwd=self.folder,
+                    env={**os.environ, "TMPDIR": self._folder},  # Blender makes a folder of its own there
+                )
+        except OSError as error:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise RuntimeFailure(f"{interpreter}: {error.strerror}") from error
         try:
             self.versions = self.request("versions", timeout_s=_START_S)[0]
         except RuntimeFailure as error:
@@ -156,14 +164,18 @@ class CyclesProcess:
         assert stdin is not None
         assert stdout is not None
         buffer = io.BytesIO()
-        np.savez(buffer, allow_pickle=False, json=np.array(json.dumps({"operation": operation, **plain})), **arrays)
+        members: dict[str, Any] = {"json": np.array(json.dumps({"operation": operation, **plain})), **arrays}
+        np.savez(buffer, **members)
         try:
             stdin.write(struct.pack(">Q", buffer.tell()) + buffer.getvalue())
             stdin.flush()
         except BrokenPipeError:
             return None
         head = stdout.read(8)
-        body = stdout.read(struct.unpack(">Q", head)[0]) if len(head) == 8 else b""
+        size = struct.unpack(">Q", head)[0] if len(head) == 8 else 0
+        if size > _LARGEST_ANSWER:
+            raise RuntimeFailure(f"it answers with something else: {head!r}...")
+        body = stdout.read(size)
         if not body:
             return None
         with np.load(io.BytesIO(body), allow_pickle=False) as archive:
@@ -184,7 +196,8 @@ def interpreter() -> str | None:
     """The interpreter that runs the server: the one that MRM_OSL_PYTHON names, or this one if it has bpy."""
     named = os.environ.get(VARIABLE)
     if named:
-        return named
+        # As a shell finds it: on the path, or from here; the process itself starts elsewhere.
+        return str(Path(shutil.which(named) or named).absolute())
     return sys.executable if importlib.util.find_spec("bpy") is not None else None
 
 
@@ -247,6 +260,8 @@ def _why_not() -> str:
 
 
 def _remedy() -> str:
+    if os.environ.get(VARIABLE):
+        return f"set {VARIABLE} to an interpreter that has bpy, or unset it"
     if sys.version_info[:2] == PYTHON:
         return "pip install 'mrm-mtlx[osl]'"
     python = f"python{PYTHON[0]}.{PYTHON[1]}"

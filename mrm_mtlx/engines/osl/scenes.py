@@ -38,7 +38,8 @@ class Scene:
     arrays
         "vertices", "faces", and what else the server takes.
     camera
-        "resolution", "matrix", "clip", "filter_width", and "width" or "field".
+        "resolution", "matrix", "clip", "filter_width", "alone" (nothing but the camera sees the mesh), and "width" or
+        "field".
     world
         Surroundings: {} is black, and transparent in the picture; "radiance" is a colour. A latitude-longitude image,
         (height, width, 3), row 0 at +y and its centre column at -z, is the array "environment".
@@ -132,6 +133,7 @@ def cloud(normals: Array, inputs: Mapping[str, Array]) -> tuple[dict[str, NDArra
         "resolution": [width, height],
         "clip": [1.0, 2.0 * _HEIGHT],
         "filter_width": 0.01,
+        "alone": True,
         "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, _HEIGHT], [0, 0, 0, 1]],
     }
     return arrays, camera
