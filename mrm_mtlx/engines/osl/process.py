@@ -41,6 +41,8 @@ PYTHON = (3, 11)
 
 SERVER = Path(__file__).with_name("cycles_server.py")
 
+# Seconds in which a process that says no more must end.
+_LAST_WORDS_S = 10.0
 # Bytes of an answer, of which the log is the most.
 _LARGEST_ANSWER = 1 << 30
 
@@ -125,13 +127,13 @@ class CyclesProcess:
         except BaseException:
             # Whatever came between request and answer, an interrupt included: the two no longer match.
             self._process.kill()
+            self._process.wait()
             raise
         finally:
             timer.cancel()
         if answer is None:
-            raise RuntimeFailure(
-                f"gave no answer within {timeout_s:g} s" if late.is_set() else self._obituary(operation)
-            )
+            obituary = self._obituary(operation)
+            raise RuntimeFailure(f"gave no answer within {timeout_s:g} s" if late.is_set() else obituary)
         log = str(answer.pop("log", ""))
         if "error" in answer:
             raise RuntimeFailure(f"Cycles could not {operation}: {answer['error']}")
@@ -182,7 +184,11 @@ class CyclesProcess:
             return dict(json.loads(str(archive["json"])))
 
     def _obituary(self, operation: str) -> str:
-        status = self._process.wait()
+        try:
+            status = self._process.wait(_LAST_WORDS_S)
+        except subprocess.TimeoutExpired:  # it has closed its end and lives on
+            self._process.kill()
+            status = self._process.wait()
         cause = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
         words = ""
         for name in ("start.log", "cycles.log"):
