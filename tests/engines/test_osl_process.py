@@ -454,6 +454,19 @@ def test_a_picture_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles, ro
     assert process.runtime() is runtime
 
 
+@pytest.mark.xfail(reason="OpenImageIO prints at the end what nobody asked it about", strict=True)
+@pytest.mark.parametrize("content", [b"", b"half of a picture"])
+def test_a_picture_that_cannot_be_read_leaves_no_words_for_the_end_of_the_process(tmp_path, content):
+    (tmp_path / "half.exr").write_bytes(content)
+    code = (
+        "import sys, pathlib; from mrm_mtlx.engines.osl.scenes import RuntimeFailure, _read\n"
+        "try:\n    _read(pathlib.Path(sys.argv[1]))\nexcept RuntimeFailure:\n    print('refused')\n"
+    )
+    done = python("-c", code, str(tmp_path / "half.exr"))
+    assert done.stdout == "refused\n"
+    assert done.stderr == ""
+
+
 def test_a_missing_folder_of_temporary_files_is_a_runtime_failure(cycles, fresh, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(fresh / "nowhere"))
     with pytest.raises(RuntimeFailure, match="no temporary folder could be made: No such file or directory"):

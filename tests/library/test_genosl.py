@@ -105,9 +105,9 @@ def frames(normals: Array) -> Array:
 
 def unresolved(path: Path, text: str) -> list[str]:
     """Files that a source includes and that are neither beside it nor on the path of the libraries."""
-    roots = [path.parent, *(Path(folder.asString()) for folder in mx.getDefaultDataSearchPath())]
+    roots = mx.getDefaultDataSearchPath()
     wanted = re.findall(r'^#include "([^"]+)"', text, re.MULTILINE)
-    return [name for name in wanted if not any((root / name).is_file() for root in roots)]
+    return [n for n in wanted if not (path.parent / n).is_file() and not Path(roots.find(n).asString()).is_file()]
 
 
 SOURCES = sorted(path.relative_to(GENOSL).as_posix() for path in GENOSL.rglob("*.osl"))
@@ -156,8 +156,8 @@ def test_without_the_flag_every_closure_is_bit_by_bit_the_standard_one(
     nodes = lobe(node, False, 0.2, scatter_mode=scatter_mode, **HALF.get(node, {}))
     standard = lit(nodes, normals, SUNS, data=upstream_library)
     reflects, lets_through = scatter_mode != "T", "T" in scatter_mode
-    assert np.any(standard[0] > 0.0) == (reflects or lets_through)
-    assert np.any(standard[2] > 0.0) == reflects
+    assert np.any(standard[2]) == reflects
+    assert np.any(standard[:2]) == (reflects or lets_through)
     np.testing.assert_array_equal(lit(nodes, normals, SUNS), standard)
     # The other modes, where there is most to be different.
     if scatter_mode in ("", "RT"):
@@ -273,9 +273,9 @@ WHITE = {
 
 
 def prism() -> tuple[dict[str, Array], dict[str, object]]:
-    """Mesh and camera: sides that lean away from the camera by `ANGLES`, of cells with `ALPHAS`.
+    """Mesh and camera: sides that lean away from the camera by `ANGLES`, of cells with `ALPHAS`, each many pixels wide.
 
-    Convex: no side sees another, so that all that is reflected leaves.
+    Convex, and `alone`: what a side reflects, or lets through, meets no other.
     """
     vertices, z = [], 0.0
     for row, slope in enumerate(np.tan(np.deg2rad(ANGLES))):
@@ -292,6 +292,7 @@ def prism() -> tuple[dict[str, Array], dict[str, object]]:
     }
     camera = {
         "width": float(max(width, height)), "resolution": [width, height], "clip": [1.0, 2e3], "filter_width": 1.0,
+        "alone": True,
         "matrix": osl.looking_along((0.0, 0.0, 1.0), (0.0, 0.0, 1e3)),
     }  # fmt: skip
     return arrays, camera
@@ -355,7 +356,7 @@ def test_no_lobe_returns_more_than_it_receives(white, what):
 
 
 def test_a_lobe_that_returns_a_fiftieth_more_is_seen(white):
-    text = white("interface", retroreflective=True)
+    text = white("metal", retroreflective=True)
     brighter = text.replace("lobe.scale = (1.0 +", "lobe.scale = (1.02 +")
     assert brighter != text
     found, sigma = albedos(brighter)
@@ -392,10 +393,11 @@ def towards(degrees: Array) -> Array:
     return np.stack([np.zeros_like(theta), np.sin(theta), np.cos(theta)], axis=-1)
 
 
-# Aligned, one closure follows the lobe to 2 % on its flank at 60 degrees, and the coat is exact. Through the portal the
-# lobe is exact, and the coat is the aligned one: 0.5 % at its peak. Both: layers take what lobes reflect on average and
-# not toward v alone, 2e-3 of what lies beneath at 60 degrees.
-LAYER_TOL = {OslMode.ALIGNED: 0.025, OslMode.CYCLES: 0.007}
+# Aligned, one closure follows the lobe to 1 % on its flank at 60 degrees, and far from it falls short by 2e-5 of the
+# peak; the coat is exact. Through the portal the lobe is exact, and the coat is the aligned one: 0.5 % at its peak.
+# Layers take what lobes reflect on average and not toward v alone: 2e-3 of what lies beneath at 60 degrees.
+LAYER_TOL = {OslMode.ALIGNED: 0.02, OslMode.CYCLES: 0.007}
+OFF_PEAK_TOL = 3e-5
 
 
 @pytest.mark.parametrize("mode", LAYER_TOL)
@@ -406,8 +408,9 @@ def test_a_coated_sheet_is_bright_under_a_headlight_and_dark_from_45_degrees(lit
     suns = np.concatenate([towards(np.array([0.0, 1.0, 3.0, 45.0])), mirrored])
     expected = coated_response(seen, suns)
     found = lit(COATED, normals, suns, mode).astype(float)
+    tail = OFF_PEAK_TOL * np.max(expected) if mode is OslMode.ALIGNED else 0.0
     for k in range(4):
-        np.testing.assert_allclose(found[k], expected[k], rtol=LAYER_TOL[mode])
+        np.testing.assert_allclose(found[k], expected[k], rtol=LAYER_TOL[mode], atol=tail)
     for k in range(len(SEEN)):  # each sample's own mirror direction: the coat's highlight
         np.testing.assert_allclose(found[4 + k, k], expected[4 + k, k], rtol=LAYER_TOL[mode])
     # In words: more than a hundred times as bright with the light at the eye, and more than with the light behind it.
