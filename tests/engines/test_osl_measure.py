@@ -21,8 +21,8 @@ pytestmark = pytest.mark.usefixtures("cycles")
 
 # A few roundings of numbers below 1.
 FLOAT32_TOL = 4.0 * 2.0**-24
-# Components of a sun's direction: Blender keeps it as three angles of up to pi, rounded to 2^-23 each, and multiplies
-# them out in float32. Three times what was measured, 3e-7.
+# Components of a sun's direction: Blender keeps it as a rotation in float32 and multiplies it out. Twice what was
+# measured over all directions, 4e-7.
 SUN_TOL = 8.0 * 2.0**-23
 
 PASS_ON = """shader pass_on(float a = 0, vector b = 0, output closure color out = 0)
@@ -165,9 +165,8 @@ def test_light_of_groups_is_the_part_of_the_light_of_all_that_is_theirs(rng, hem
         assert not np.array_equal(found, np.concatenate([*parts[1:], parts[0]]))
 
 
-def test_white_surroundings_make_a_white_lambertian_surface_white(rng, hemisphere):
-    # Every path brings back exactly 1, from the surroundings or from another white facet, so there is no noise and no
-    # false alarm; of paths that are still among the facets after the last bounce there are none: all are level.
+def test_white_surroundings_make_a_white_lambertian_surface_white():
+    # Every path brings back exactly 1: there is no noise, and no false alarm.
     level = np.tile([0.0, 0.0, 1.0], (300, 1))
     found = osl.furnace(shader(LAMBERTIAN), level, {}, samples=16)
     np.testing.assert_allclose(found, 1.0, rtol=0, atol=FLOAT32_TOL)
@@ -187,6 +186,12 @@ def test_facets_do_not_stand_in_the_light_of_their_neighbours():
     leaning = np.tile([0.0, np.sin(1.3), np.cos(1.3)], (1024, 1))
     found = osl.furnace(shader(LAMBERTIAN), leaning, {}, samples=16, bounces=1)
     np.testing.assert_allclose(found, 1.0, rtol=0, atol=FLOAT32_TOL)
+
+
+@pytest.mark.xfail(reason="one path in a thousand passes the facet by, and sees the surroundings", strict=True)
+def test_a_black_surface_is_black_in_white_surroundings():
+    level = np.tile([0.0, 0.0, 1.0], (256, 1))
+    assert np.all(osl.furnace(shader(LAMBERTIAN), level, {"w": np.zeros(256)}, samples=64) == 0.0)
 
 
 # Arithmetic of OSL ----------------------------------------------------------------------------------------------------
