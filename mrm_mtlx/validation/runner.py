@@ -141,6 +141,7 @@ def engines() -> dict[str, dict[str, Any]]:
         "slang": compilers.slang_availability(),
         "osl": osl.compiler_availability(),
     }
+    osl.stop()  # the worker processes have their own
     report: dict[str, dict[str, Any]] = {}
     for name, state in states.items():
         key = "renderer" if state.available else "reason"

@@ -394,6 +394,18 @@ def test_a_server_whose_user_was_killed_in_the_middle_of_a_request_removes_its_f
         assert left_in(temporary) == []
 
 
+@linux
+@pytest.mark.xfail(reason="a worker is ended while it ends its server: after the kill, before the folder", strict=False)
+def test_the_workers_of_a_run_over_documents_leave_no_folder(cycles, temporary, repository):
+    documents = [str(repository / "materials" / f"{name}.mtlx") for name in ("cats_eye", "shoe_trim")]
+    done = python("-m", "mrm_mtlx.cli.main", "validate", *documents, "--target", "osl", "--jobs", "2")
+    assert done.returncode == 0, done.stdout + done.stderr
+    limit = time.monotonic() + 3.0
+    while left_in(temporary) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert left_in(temporary) == []
+
+
 # A full disk ----------------------------------------------------------------------------------------------------------
 
 
@@ -454,7 +466,6 @@ def test_a_picture_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles, ro
     assert process.runtime() is runtime
 
 
-@pytest.mark.xfail(reason="OpenImageIO prints at the end what nobody asked it about", strict=True)
 @pytest.mark.parametrize("content", [b"", b"half of a picture"])
 def test_a_picture_that_cannot_be_read_leaves_no_words_for_the_end_of_the_process(tmp_path, content):
     (tmp_path / "half.exr").write_bytes(content)

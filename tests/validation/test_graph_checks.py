@@ -394,7 +394,7 @@ def verdicts(bounded, tmp_path_factory) -> dict[str, list[dict[str, str]]]:
         text = f'<?xml version="1.0"?><materialx version="1.39">{elements}{SHOWN}</materialx>'
         (folder / f"{name}.mtlx").write_text(text, encoding="utf-8")
     done = bounded(
-        "validate", folder, "--target", "mdl", "--samples", "64", "--timeout", "60", "-j", "1", "--format", "json"
+        "validate", folder, "--target", "msl", "--samples", "64", "--timeout", "60", "-j", "1", "--format", "json"
     )
     return {Path(d["path"]).stem: d["findings"] for d in json.loads(done.stdout)["documents"]}
 

@@ -142,7 +142,7 @@ def test_the_schema_knows_every_rule_target_and_severity(schema):
 @pytest.mark.slow
 def test_a_real_report_follows_the_schema(gl, documents, settings, conforms):
     chosen = ["SHADER_DIFFERS", "DOC_INPUT_VALUE", "READ_XML", "SHADER_NOT_FINITE", "SHADER_GENERATE"]
-    targets = ("glsl", "essl", "vulkan", "osl")
+    targets = ("glsl", "essl", "vulkan", "msl")
     result = validate([documents / code for code in chosen], settings(targets=targets, jobs=2))
     report = json.loads(reports.to_json(result))
     assert conforms(report)

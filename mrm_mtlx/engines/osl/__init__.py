@@ -4,7 +4,7 @@ from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
 from mrm_mtlx.engines.osl.compiler import availability as compiler_availability
 from mrm_mtlx.engines.osl.compiler import check, compile_for_cycles
 from mrm_mtlx.engines.osl.measure import direct_light, direct_light_by_groups, evaluate, furnace, true_normals
-from mrm_mtlx.engines.osl.process import RuntimeFailure, availability
+from mrm_mtlx.engines.osl.process import RuntimeFailure, availability, stop
 from mrm_mtlx.engines.osl.scenes import Scene, Take, looking_along, point, render, sun
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "looking_along",
     "point",
     "render",
+    "stop",
     "sun",
     "true_normals",
 ]

@@ -177,6 +177,7 @@ def _read(path: Path) -> NDArray[np.float32]:
     image = oiio.ImageInput.open(str(path))
     pixels = None if image is None else image.read_image("float")
     if image is None or pixels is None:
+        oiio.geterror()  # or it is printed at the end of the process
         raise RuntimeFailure("Cycles' picture could not be read back; is the disk of temporary files full?")
     names = list(image.spec().channelnames)
     image.close()
