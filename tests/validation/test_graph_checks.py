@@ -358,7 +358,7 @@ STRANGE: dict[str, tuple[str, set[str]]] = {
     "a range that is no number": (
         custom(
             f'<nodedef name="ND_a" node="a"><input name="in" type="float" value="0.5" uimin="nan" uimax="1, 2"/>{OUT}',
-            '<implementation name="IM_a" nodedef="ND_a" target="genosl" sourcecode="{{in}}"/>',
+            '<implementation name="IM_a" nodedef="ND_a" target="genglsl" sourcecode="{{in}}"/>',
         ).replace(
             '<a name="x" type="float"/>', '<a name="x" type="float"><input name="in" type="float" value="1"/></a>'
         ),
