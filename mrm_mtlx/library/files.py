@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,9 +27,12 @@ def replacing(path: Path) -> Iterator[Path]:
     if path.exists() and not path.is_file():
         yield path
         return
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    target = path.resolve()  # a link keeps leading where it led
+    unfinished = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
     try:
         yield unfinished
-        unfinished.replace(path)
+        if target.exists():
+            shutil.copymode(target, unfinished)
+        unfinished.replace(target)
     finally:
         unfinished.unlink(missing_ok=True)

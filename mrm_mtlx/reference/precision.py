@@ -24,8 +24,9 @@ ARCCOS_ERROR = 4096.0 * 2.0 * UNIT / ROUNDING_FACTOR
 # 4.7.1, and as many roundings of the squares that it adds.
 ROOT_ERROR = 8.0 * UNIT / ROUNDING_FACTOR
 
-# Relative error of exp and pow in OSL, which uses OpenImageIO's fast approximations and states none: twice what was
-# measured over 60,000 arguments, 1.4e-5 (tests/engines/test_osl_measure.py measures it again).
+# Relative error of exp and pow in OSL, which uses OpenImageIO's fast approximations and states none. Over 60,000
+# arguments 1.6e-5 was measured (tests/engines/test_osl_measure.py measures it again), and three quarters more are
+# allowed.
 FAST_EXPONENTIAL = 2.8e-5
 
 # By the name of the moved part, see rounding.PARTS.

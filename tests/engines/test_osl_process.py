@@ -395,7 +395,6 @@ def test_a_server_whose_user_was_killed_in_the_middle_of_a_request_removes_its_f
 
 
 @linux
-@pytest.mark.xfail(reason="a worker is ended while it ends its server: after the kill, before the folder", strict=False)
 def test_the_workers_of_a_run_over_documents_leave_no_folder(cycles, temporary, repository):
     documents = [str(repository / "materials" / f"{name}.mtlx") for name in ("cats_eye", "shoe_trim")]
     done = python("-m", "mrm_mtlx.cli.main", "validate", *documents, "--target", "osl", "--jobs", "2")

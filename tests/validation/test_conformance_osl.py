@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import MaterialX as mx
@@ -61,11 +60,10 @@ def assert_passed(result: CaseResult) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("node", NODES)
 def test_every_variant_of_every_node_passes(small, node):
-    ordinary = Case(node, retroreflective=False, anisotropic=True, film=True)
-    retroreflective = Case(node, retroreflective=True, anisotropic=False, film=False)
-    results = results_of([replace(ordinary, film=False), ordinary, retroreflective])
+    ordinary = Case(node, retroreflective=False, anisotropic=True, film=False)
+    results = results_of([ordinary, Case(node, retroreflective=True, anisotropic=False, film=False)])
     variants = [result.variant for result in results]
-    assert variants == ["functions", "closures", "functions", "functions", "cycles", "aligned"]
+    assert variants == ["functions", "closures", "functions", "cycles", "aligned"]
     for result in results:
         assert_passed(result)
 
@@ -101,8 +99,10 @@ def test_materialx_alone_passes_without_the_flag_and_fails_with_it(cycles, node)
 
 def test_results_depend_on_the_seed_and_not_on_what_else_runs(cycles):
     before, case = (Case("dielectric_bsdf", flag, anisotropic=True, film=True) for flag in (False, True))
-    (alone,), (_, among) = results_of([case]), results_of([before, case])
+    (alone,), (filmed, among) = results_of([case]), results_of([before, case])
     (other,) = run(("osl",), SAMPLES, 1, Origin.MRM, chosen=[case])
+    for result in (filmed, among, other):
+        assert_passed(result)
     assert alone.to_json() == among.to_json()
     assert alone.to_json()["worst"] != other.to_json()["worst"]
 

@@ -141,13 +141,18 @@ class CyclesProcess:
 
     def close(self) -> None:
         """End the process and remove its folder."""
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        with contextlib.suppress(OSError):  # an unsent request to a process that is gone
+            stdin.close()
+        # At the end of its requests it ends and tidies up by itself, even if this process is killed meanwhile.
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_LAST_WORDS_S)
         if self.alive:
             self._process.kill()
-        self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                with contextlib.suppress(OSError):  # an unsent request to a process that is gone
-                    stream.close()
+            self._process.wait()
+        stdout.close()
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def __enter__(self) -> CyclesProcess:
