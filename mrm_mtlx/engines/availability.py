@@ -22,3 +22,8 @@ class Availability:
     available: bool
     detail: str
     remedy: str = ""
+
+    @property
+    def reason(self) -> str:
+        """Why it was skipped, and what adds it."""
+        return f"{self.detail}; {self.remedy}"

@@ -45,7 +45,7 @@ def render(
     element, library, folder, settings
         As `picture.render`; the document of `element` gets absolute names of its image files.
     paths
-        Paths per pixel.
+        Paths per pixel; above 16, rounded up to a multiple of it.
     seed
         Fixes the noise.
     mode
@@ -66,10 +66,7 @@ def render(
     """
     mx.flattenFilenames(element.getDocument(), mx.FileSearchPath(str(folder.resolve())))
     shader = generate(element, "osl", library, mode)
-    flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
-    if settings.compare and not flags:
-        msg = "nothing to compare: no lobe of the material is retroreflective"
-        raise ValueError(msg)
+    flags = picture.flags_to_compare(shader) if settings.compare else []
     compiled = osl.compile_for_cycles(for_cycles(shader), shader.name)
     panels = picture.comparison_panels(settings) if settings.compare else [(True, settings.light_degrees)]
     passes = -(-paths // _PASS)

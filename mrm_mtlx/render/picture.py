@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.shadergen import Shader
 
 # Samples per pixel along each axis.
 OVERSAMPLING = 2
@@ -78,10 +79,7 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
         for port in shader.uniforms
         if port.type == "filename" and port.value
     }
-    flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
-    if settings.compare and not flags:
-        msg = "nothing to compare: no lobe of the material is retroreflective"
-        raise ValueError(msg)
+    flags = flags_to_compare(shader) if settings.compare else []
     with SurfaceProgram(shader, textures) as program:
         if not settings.compare:
             return _panel(program, settings, {})
@@ -92,6 +90,21 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
             ],
             _GAP * OVERSAMPLING,
         )
+
+
+def flags_to_compare(shader: Shader) -> list[str]:
+    """Variables of the retroreflective flags that are on.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
+    if not flags:
+        msg = "nothing to compare: no lobe of the material is retroreflective"
+        raise ValueError(msg)
+    return flags
 
 
 def comparison_panels(settings: Settings) -> list[tuple[bool, float | None]]:

@@ -182,7 +182,7 @@ class _ElementCheck:
         find, compiler = _COMPILERS[shader.target]
         available = find()
         if not available.available:
-            return TargetResult("generate", "skip", f"{available.detail}; {available.remedy}")
+            return TargetResult("generate", "skip", available.reason)
         message = compiler(shader)
         if message:
             self._report("SHADER_COMPILE", f"{shader.target}: {message}")
@@ -191,7 +191,7 @@ class _ElementCheck:
     def _run_in_gl(self, shader: Shader) -> TargetResult:
         available = gl.availability()
         if not available.available:
-            return TargetResult("generate", "skip", f"{available.detail}; {available.remedy}")
+            return TargetResult("generate", "skip", available.reason)
         try:
             with gl.SurfaceProgram(shader, self._textures(shader)) as program:
                 found = draw(program, self._points)

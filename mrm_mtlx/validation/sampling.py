@@ -73,10 +73,10 @@ def shading_points(
     light = np.array(LIGHT)
     to_light = light / np.linalg.norm(light)
     # Two orthonormal frames, about l and about LIGHT; the turn takes one to the other, with a random spin.
-    first = _perpendicular(l)
+    first = perpendicular(l)
     second = np.cross(l, first)
     spin = 2.0 * np.pi * rng.random((count, 1))
-    axis_1 = _perpendicular(np.broadcast_to(to_light, (count, 3)))
+    axis_1 = perpendicular(np.broadcast_to(to_light, (count, 3)))
     axis_2 = np.cross(to_light, axis_1)
     turned_1 = np.cos(spin) * axis_1 + np.sin(spin) * axis_2
     turned_2 = np.cos(spin) * axis_2 - np.sin(spin) * axis_1
@@ -86,15 +86,15 @@ def shading_points(
         return np.asarray(along[0] * turned_1 + along[1] * turned_2 + along[2] * to_light)
 
     facing = np.where(np.arange(count) % _BACK == _BACK - 1, -1.0, 1.0)[:, None]
-    view = _float32(turn(v))
+    view = float32(turn(v))
     return ShadingPoints(
         view=view,
         light=light,
-        normal=_float32(turn(np.broadcast_to([0.0, 0.0, 1.0], (count, 3))) * facing),
-        tangent=_float32(turn(np.broadcast_to([1.0, 0.0, 0.0], (count, 3)))),
+        normal=float32(turn(np.broadcast_to([0.0, 0.0, 1.0], (count, 3))) * facing),
+        tangent=float32(turn(np.broadcast_to([1.0, 0.0, 0.0], (count, 3)))),
         position=-view,
-        texcoord=_float32(rng.random((count, 2))),
-        properties={name: _float32(value) for name, value in (properties or {}).items()},
+        texcoord=float32(rng.random((count, 2))),
+        properties={name: float32(value) for name, value in (properties or {}).items()},
     )
 
 
@@ -119,7 +119,7 @@ def spherical(cos_theta: Array, turn: Array) -> Array:
 
 def rotated(a: Array, angle: float | Array, phi: Array) -> Array:
     """Directions at this angle [rad] from `a`, shape (samples, 3), in the direction `phi` [rad] around it."""
-    first = _perpendicular(a)
+    first = perpendicular(a)
     side = np.cos(phi)[:, None] * first + np.sin(phi)[:, None] * np.cross(a, first)
     angle = np.broadcast_to(angle, phi.shape)[:, None]
     return np.asarray(np.cos(angle) * a + np.sin(angle) * side)
@@ -144,11 +144,13 @@ def _around_peak(rng: np.random.Generator, v: Array, lobe: LobeShape) -> Array:
     return reflect_at_slopes(v, lobe, radius, phi)
 
 
-def _perpendicular(a: Array) -> Array:
+def perpendicular(a: Array) -> Array:
+    """For each unit vector, shape (samples, 3), some unit vector across it."""
     axis = np.where(np.abs(a[:, :1]) < 0.5, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     p = axis - np.sum(axis * a, axis=1, keepdims=True) * a
     return np.asarray(p / np.linalg.norm(p, axis=1, keepdims=True))
 
 
-def _float32(a: Array) -> Array:
+def float32(a: Array) -> Array:
+    """Numbers as a float32 shader gets them, in float64."""
     return np.asarray(a, dtype=np.float32).astype(float)

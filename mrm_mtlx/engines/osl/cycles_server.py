@@ -17,7 +17,6 @@ import shutil
 import signal
 import struct
 import sys
-import traceback
 from pathlib import Path
 
 import bpy
@@ -53,7 +52,7 @@ def answer_requests(operations, answers, log, log_path):
         try:
             answer = operations[plain.pop("operation")](**plain, **({"arrays": arrays} if arrays else {}))
         except Exception as error:
-            answer = {"error": f"{type(error).__name__}: {error}", "trace": traceback.format_exc()}
+            answer = {"error": f"{type(error).__name__}: {error}"}
         ctypes.CDLL(None).fflush(None)  # Blender prints through C's buffers
         answer["log"] = Path(log_path).read_bytes()[start:].decode("utf-8", "replace")
         send(answers, answer)
@@ -69,10 +68,10 @@ def receive(stream):
     return json.loads(str(arrays.pop("json"))), arrays
 
 
-def send(stream, plain, **arrays):
-    """Write a message."""
+def send(stream, plain):
+    """Write a message of plain data."""
     buffer = io.BytesIO()
-    np.savez(buffer, json=np.array(json.dumps(plain)), **arrays)
+    np.savez(buffer, json=np.array(json.dumps(plain)))
     stream.write(struct.pack(">Q", buffer.tell()) + buffer.getvalue())
     stream.flush()
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.bsdf.blocks import processors
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.process import RuntimeFailure
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
-# The camera of a cloud looks along -z; what is behind `_FAR` is not seen. Facets seen at a grazing angle are long.
+# Height of the camera of a cloud, which looks along -z: facets seen at a grazing angle are long.
 _HEIGHT = 1e4
 # Half the base of a facet, in pixels: none reaches into another's pixel.
 _HALF_SIDE = 0.3
@@ -95,14 +95,9 @@ def render(shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: 
         bounces=scene.bounces,
         values=dict(scene.values),
         seed=seed,
-        threads=threads(),
+        threads=processors(),
     )
     return [_read(output) for output in outputs]
-
-
-def threads() -> int:
-    """Threads that Cycles uses: the processors of this process."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def cloud(normals: Array, inputs: Mapping[str, Array]) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

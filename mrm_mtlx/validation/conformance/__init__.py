@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.validation.conformance import hardware, osl
@@ -41,7 +42,7 @@ def run(
     drawn = [target for target in hardware.TARGETS if target in targets]
     steps: list[Callable[[], Iterator[CaseResult]]] = []
     if drawn:
-        steps += [lambda case=case: hardware.run_case(case, drawn, samples, seed, origin) for case in todo]  # type: ignore[misc]
+        steps += [partial(hardware.run_case, case, drawn, samples, seed, origin) for case in todo]
     if osl.TARGET in targets:
         steps += osl.steps(todo, samples, seed, origin)
     for count, step in enumerate(steps, start=1):

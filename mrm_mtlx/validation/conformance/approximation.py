@@ -18,6 +18,7 @@ from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.conformance.cases import Case, case_document
 from mrm_mtlx.validation.conformance.results import Approximation
+from mrm_mtlx.validation.sampling import perpendicular
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -121,7 +122,7 @@ def measure_aligned(
     radius = np.geomspace(*_RANGE, angles)
     angle = 2.0 * np.arctan(radius)
     # Each sun at another azimuth, so that the horizon, where the lobe ends, meets the azimuths anew.
-    start = 2.0 * np.pi * (_GOLDEN * np.arange(angles)) % 1.0
+    start = 2.0 * np.pi * (_GOLDEN * np.arange(angles) % 1.0)
     suns = np.stack([np.sin(angle) * np.cos(start), np.sin(angle) * np.sin(start), np.cos(angle)], axis=1)
     shader = osl.compile_for_cycles(_source(node), f"aligned_{node}")
     lit = osl.direct_light(shader, normals, inputs, suns).reshape(angles, len(materials), len(alpha), 3)
@@ -151,8 +152,7 @@ def _exact(lobe: Lobe, normals: Array, light: Array) -> Array:
     """f(v', l) cos(l) of facets with these normals, for v = z."""
     n = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     # Isotropic: any tangent will do.
-    x = np.cross(n, np.where(np.abs(n[:, :1]) < 0.5, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]))
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    x = perpendicular(n)
     frame = np.stack([x, np.cross(n, x), n], axis=1)
     v, l = frame[:, :, 2], frame @ light
     return np.asarray(lobe.eval(v, l) * np.maximum(l[:, 2:], 0.0))

@@ -25,7 +25,7 @@ def run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin
     """Results of a case, one per target; the oracle is evaluated once."""
     available = gl.availability()
     if not available.available:
-        reason = f"{available.detail}; {available.remedy}"
+        reason = available.reason
         yield from (CaseResult(case, target, "gl", None, reason) for target in targets)
         return
     library = load_library(origin)

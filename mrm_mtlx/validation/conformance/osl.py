@@ -75,7 +75,7 @@ def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> lis
 def _run(case: Case, variant: str, measure: Callable[..., CaseResult], samples: int, seed: int) -> Iterator[CaseResult]:
     available = osl.availability()
     if not available.available:
-        yield CaseResult(case, TARGET, ENGINE, None, f"{available.detail}; {available.remedy}", variant)
+        yield CaseResult(case, TARGET, ENGINE, None, available.reason, variant)
         return
     yield measure(case, variant, samples, seed)
 
@@ -174,12 +174,12 @@ def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generat
     light = np.array([np.sin(angle), 0.0, np.cos(angle)])
     return ShadingPoints(
         view=np.broadcast_to([0.0, 0.0, 1.0], (count, 3)),
-        light=_float32(light),
+        light=sampling.float32(light),
         normal=_turned(v, l, np.array([0.0, 0.0, 1.0])),
-        tangent=_float32(_turned(v, l, np.array([1.0, 0.0, 0.0]))),
+        tangent=sampling.float32(_turned(v, l, np.array([1.0, 0.0, 0.0]))),
         position=np.zeros((count, 3)),
         texcoord=np.zeros((count, 2)),
-        properties={name: _float32(value) for name, value in properties.items()},
+        properties={name: sampling.float32(value) for name, value in properties.items()},
     )
 
 
@@ -230,7 +230,3 @@ def _turned(v: Array, l: Array, axis: Array) -> Array:
 def _aligned(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
     del samples, seed  # a quadrature, not a sample
     return CaseResult(case, TARGET, ENGINE, None, None, variant, tuple(measure_aligned(case.node)))
-
-
-def _float32(a: Array) -> Array:
-    return np.asarray(a, dtype=np.float32).astype(float)
