@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from typing import TYPE_CHECKING
 
+import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import Origin
+from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.runner import Settings, collect
 
@@ -74,3 +76,27 @@ def bounded() -> Callable[..., subprocess.CompletedProcess[str]]:
         return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
 
     return run
+
+
+@pytest.fixture
+def changed_library(tmp_path: Path) -> Callable[[str, str, str], tuple[DataLibrary, Path]]:
+    """Function from a change to a file below pbrlib to a copy of the node library that has it, and the copy's folder.
+
+    It is loaded as ours is: before the standard one.
+    """
+
+    def change(file: str, old: str, new: str) -> tuple[DataLibrary, Path]:
+        folder = tmp_path / "libraries"
+        shutil.copytree(node_library_folder(), folder)
+        path = folder / "pbrlib" / file
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        document, search_path = mx.createDocument(), mx.getDefaultDataSearchPath()
+        ours = mx.FileSearchPath(str(folder))
+        mx.loadLibraries(["pbrlib"], ours, document)
+        search_path.append(ours)
+        mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
+        return DataLibrary(Origin.MRM, document, search_path), folder
+
+    return change

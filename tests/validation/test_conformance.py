@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
-
-import MaterialX as mx
 import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
 from mrm_mtlx.engines.gl import SurfaceProgram
-from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
+from mrm_mtlx.library import DataLibrary, Origin
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import sampling
@@ -116,25 +113,11 @@ def test_widths_cover_their_range_and_lobes_are_hit(rng):
 
 
 @pytest.fixture
-def failing(gl_clean, tmp_path):
-    """Function from a change to a file of the node library to the names of the cases that then fail.
-
-    The library is copied, changed and loaded as ours is: before the standard one.
-    """
+def failing(gl_clean, changed_library):
+    """Function from a change to a file of the node library to the names of the cases that then fail."""
 
     def names(file: str, old: str, new: str, chosen: list[Case]) -> set[str]:
-        folder = tmp_path / "libraries"
-        shutil.copytree(node_library_folder(), folder)
-        path = folder / "pbrlib" / "genglsl" / file
-        text = path.read_text(encoding="utf-8")
-        assert old in text
-        path.write_text(text.replace(old, new), encoding="utf-8")
-        document, search_path = mx.createDocument(), mx.getDefaultDataSearchPath()
-        ours = mx.FileSearchPath(str(folder))
-        mx.loadLibraries(["pbrlib"], ours, document)
-        search_path.append(ours)
-        mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
-        wrong = DataLibrary(Origin.MRM, document, search_path)
+        wrong, _ = changed_library(f"genglsl/{file}", old, new)
         return {case.name for case in chosen if not passes(case, wrong)}
 
     return names

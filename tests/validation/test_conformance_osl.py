@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
 from typing import TYPE_CHECKING
 
-import MaterialX as mx
 import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
 from mrm_mtlx.engines import osl as engine
-from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
+from mrm_mtlx.library import Origin
 from mrm_mtlx.validation.conformance import NODES, Case, approximation, cases, osl, run
 from mrm_mtlx.validation.conformance.approximation import MATERIALS, bounds, measure_aligned
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from mrm_mtlx.validation.conformance import Approximation, CaseResult
 
@@ -198,27 +195,13 @@ def test_bounds_grow_with_the_width_and_end_where_nothing_is_promised():
 
 
 @pytest.fixture
-def changed(cycles, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str, str], None]:
-    """Function that puts a copy of the node library, with a change to an OSL file, in the place of ours.
-
-    It is loaded as ours is: before the standard one.
-    """
+def changed(cycles, changed_library, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str, str], None]:
+    """Function that puts a copy of the node library, with a change to an OSL file, in the place of ours."""
 
     def change(file: str, old: str, new: str) -> None:
-        folder = tmp_path / "libraries"
-        shutil.copytree(node_library_folder(), folder)
-        path = folder / "pbrlib" / "genosl" / file
-        text = path.read_text(encoding="utf-8")
-        assert old in text
-        path.write_text(text.replace(old, new), encoding="utf-8")
-        document, search_path = mx.createDocument(), mx.getDefaultDataSearchPath()
-        ours = mx.FileSearchPath(str(folder))
-        mx.loadLibraries(["pbrlib"], ours, document)
-        search_path.append(ours)
-        mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
-        wrong = {Origin.MRM: DataLibrary(Origin.MRM, document, search_path)}
+        wrong, folder = changed_library(f"genosl/{file}", old, new)
         for module in (osl, approximation):
-            monkeypatch.setattr(module, "load_library", lambda origin=Origin.MRM: wrong[origin])
+            monkeypatch.setattr(module, "load_library", lambda _origin=Origin.MRM: wrong)
         monkeypatch.setattr(osl, "node_library_folder", lambda: folder)
 
     return change
