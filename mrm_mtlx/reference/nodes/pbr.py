@@ -1,68 +1,17 @@
-"""One function per node definition: from its inputs to its value. The registry is what the reference knows.
-
-A value is a `Closure`, a string, or an array with the component first: scalars () or (samples,), colours and vectors
-(components, 1) or (components, samples).
-"""
+"""Nodes of the physically based library: closures, and the numbers that artists give them by."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mrm_mtlx.reference import closures
-from mrm_mtlx.reference.closures import Closure, Facets, Light
+from mrm_mtlx.reference.closures import Facets
+from mrm_mtlx.reference.nodes.registry import node
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from mrm_mtlx.bsdf.arrays import Array
-
-Value: TypeAlias = "Closure | str | Array"
-
-
-class Inputs(Protocol):
-    """What a node function may ask of the node it evaluates."""
-
-    @property
-    def light(self) -> Light:
-        """Directions of the evaluation."""
-        ...
-
-    @property
-    def properties(self) -> Mapping[str, Array]:
-        """Geometric properties of the samples, component first."""
-        ...
-
-    def array(self, name: str) -> Array:
-        """A numeric input."""
-        ...
-
-    def text(self, name: str) -> str:
-        """A string input."""
-        ...
-
-    def closure(self, name: str) -> Closure:
-        """A BSDF input; nothing connected is the closure of nothing."""
-        ...
-
-    def note(self, facets: Facets) -> None:
-        """Tell the evaluation of a microfacet lobe that it met."""
-        ...
-
-
-NodeFunction: TypeAlias = "Callable[[Inputs], Value | dict[str, Value]]"
-NODES: dict[str, NodeFunction] = {}
-
-
-def node(*definitions: str) -> Callable[[NodeFunction], NodeFunction]:
-    """Register the function of these node definitions. Nodes with several outputs return a value per output name."""
-
-    def register(function: NodeFunction) -> NodeFunction:
-        NODES.update(dict.fromkeys(definitions, function))
-        return function
-
-    return register
+    from mrm_mtlx.reference.nodes.registry import Inputs, Value
 
 
 def _facets(inputs: Inputs, *, scatters: bool) -> Facets:
@@ -152,17 +101,3 @@ def _artistic_ior(inputs: Inputs) -> dict[str, Value]:
     ior = (1.0 + root) / (1.0 - root) * (1.0 - edge) + (1.0 - r) / (1.0 + r) * edge
     squared = (np.square(ior + 1.0) * r - np.square(ior - 1.0)) / (1.0 - r)
     return {"ior": ior, "extinction": np.sqrt(np.maximum(squared, 0.0))}
-
-
-_CONSTANTS = ("float", "color3", "color4", "vector2", "vector3", "vector4", "boolean", "integer")
-
-
-@node(*(f"ND_constant_{kind}" for kind in _CONSTANTS))
-def _constant(inputs: Inputs) -> Value:
-    return inputs.array("value")
-
-
-@node(*(f"ND_geompropvalue_{kind}" for kind in ("float", "color3", "vector2", "vector3", "integer", "boolean")))
-def _geometric_property(inputs: Inputs) -> Value:
-    name = inputs.text("geomprop")
-    return inputs.properties[name] if name in inputs.properties else inputs.array("default")

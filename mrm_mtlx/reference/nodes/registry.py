@@ -1,0 +1,91 @@
+"""The registry: node definition name to the function that evaluates it, and what such a function may ask for.
+
+A value is a `Closure`, a `ShaderValue`, a string, or an array with the component first: scalars () or (samples,);
+vectors and colours (components, 1) or (components, samples); matrices (rows, columns, 1) or (rows, columns, samples),
+where row i is what MaterialX writes i-th. Booleans are arrays of bool, integers arrays of whole floats.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.closures import Closure, Facets, Light
+
+
+@dataclass(frozen=True)
+class ShaderValue:
+    """What a surface shader node gives: the colour it shows and what it lets through, shape (3, samples) or (3, 1)."""
+
+    color: Array
+    transparency: Array
+
+
+Value: TypeAlias = "Closure | ShaderValue | str | Array"
+
+
+class Inputs(Protocol):
+    """What a node function may ask of the node it evaluates."""
+
+    @property
+    def light(self) -> Light:
+        """Directions of the evaluation, and which of the closures' modes it is."""
+        ...
+
+    @property
+    def frame(self) -> Mapping[str, Array]:
+        """The shading frame in world space: Nworld, Tworld, Bworld (unit), Pworld, UV0; object space is the same."""
+        ...
+
+    @property
+    def properties(self) -> Mapping[str, Array]:
+        """Geometric properties of the samples, component first."""
+        ...
+
+    def array(self, name: str) -> Array:
+        """A numeric input."""
+        ...
+
+    def text(self, name: str) -> str:
+        """A string input."""
+        ...
+
+    def image(self, name: str) -> Array | None:
+        """Pixels of a file input, shape (height, width, channels), row 0 at the top; None if it names no file."""
+        ...
+
+    def closure(self, name: str) -> Closure:
+        """A BSDF input; nothing connected is the closure of nothing."""
+        ...
+
+    def note(self, facets: Facets) -> None:
+        """Tell the evaluation of a microfacet lobe that it met."""
+        ...
+
+
+NodeFunction: TypeAlias = "Callable[[Inputs], Value | dict[str, Value]]"
+NODES: dict[str, NodeFunction] = {}
+
+
+def node(*definitions: str) -> Callable[[NodeFunction], NodeFunction]:
+    """Register the function of these node definitions. Nodes with several outputs return a value per output name.
+
+    Raises
+    ------
+    ValueError
+        If a definition has a function already.
+    """
+
+    def register(function: NodeFunction) -> NodeFunction:
+        twice = [name for name in definitions if name in NODES]
+        if twice:
+            msg = f"{', '.join(twice)}: registered twice"
+            raise ValueError(msg)
+        NODES.update(dict.fromkeys(definitions, function))
+        return function
+
+    return register
