@@ -53,10 +53,43 @@ def compensated_oren_nayar(
     t = np.where(s > 0.0, s / np.maximum(cos_l, cos_v), s)
     a = 1.0 / (1.0 + _FUJII_1 * r)
     single = color * a * (1.0 + r * t)
-    mean = a * (1.0 + _FUJII_2 * r)
+    mean = fujii_mean_albedo(r)
     lost_v, lost_l = (np.maximum(1.0 - fujii_albedo(c, r, arccos_error=arccos_error), _EPSILON) for c in (cos_v, cos_l))
-    tint = color * color * mean / (1.0 - color * np.maximum(1.0 - mean, 0.0))
+    tint = _multiple_scattering_tint(color, mean)
     return np.asarray((single + tint * lost_v * lost_l / np.maximum(1.0 - mean, _EPSILON)) / np.pi)
+
+
+def oren_nayar_albedo_fit(cos_v: ArrayLike, roughness: ArrayLike) -> Array:
+    """Directional albedo of `oren_nayar` of unit colour, a rational fit (MaterialX 1.39.5), shape (...), in [0, 1].
+
+    (1 - 0.4297 r - 0.7632 c r + 1.4385 r^2) / (1 - 0.6076 r - 0.4993 c r + 2.0315 r^2)
+    """
+    c, r = np.asarray(cos_v, dtype=float), np.asarray(roughness, dtype=float)
+    above = 1.0 - 0.4297 * r - 0.7632 * c * r + 1.4385 * r * r
+    below = 1.0 - 0.6076 * r - 0.4993 * c * r + 2.0315 * r * r
+    return np.clip(above / below, 0.0, 1.0)
+
+
+def compensated_oren_nayar_albedo(
+    cos_v: ArrayLike, roughness: ArrayLike, color: ArrayLike, *, arccos_error: float = 0.0
+) -> Array:
+    """Directional albedo of `compensated_oren_nayar`, shape of `color` with the samples.
+
+    `color` for the singly scattered part, its multiply scattered tint for the rest.
+    """
+    color, r = np.asarray(color, dtype=float), np.asarray(roughness, dtype=float)
+    single = fujii_albedo(cos_v, r, arccos_error=arccos_error)
+    return np.asarray(_multiple_scattering_tint(color, fujii_mean_albedo(r)) * (1.0 - single) + color * single)
+
+
+def fujii_mean_albedo(roughness: ArrayLike) -> Array:
+    """Mean of `fujii_albedo` over the hemisphere (Portsmouth et al. 2025), shape (...)."""
+    r = np.asarray(roughness, dtype=float)
+    return np.asarray((1.0 + _FUJII_2 * r) / (1.0 + _FUJII_1 * r))
+
+
+def _multiple_scattering_tint(color: Array, mean: Array) -> Array:
+    return np.asarray(color * color * mean / (1.0 - color * np.maximum(1.0 - mean, 0.0)))
 
 
 def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike, *, arccos_error: float = 0.0) -> Array:

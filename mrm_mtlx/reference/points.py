@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -44,3 +44,9 @@ class ShadingPoints:
     def moved(self, view: Array | float = 0.0, light: Array | float = 0.0) -> ShadingPoints:
         """The same samples with the directions moved by these vectors."""
         return replace(self, view=self.view + view, light=self.light + light)
+
+    def part(self, where: slice) -> ShadingPoints:
+        """Some of the samples."""
+        arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "properties"}
+        chosen = {name: array if array.ndim == 1 else array[where] for name, array in arrays.items()}
+        return replace(self, **chosen, properties={name: value[where] for name, value in self.properties.items()})

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.reference.models import Model
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -34,28 +36,43 @@ ROUNDING_FACTOR = 24.0
 OUTPUT_ROUNDINGS = 40.0
 
 # Intermediate results that cancel, each moved alone, so that one movement cannot hide another: the reflectance, two
-# quantities under square roots in it (see bsdf.lobes.Rounding), the fitted albedo, the slope of an isotropic facet.
-PARTS = ("reflectance", "modulus", "product", "albedo", "slope")
+# quantities under square roots in it (see bsdf.lobes.Rounding), the fitted albedo of the hardware targets, the slope of
+# an isotropic facet as OSL's renderers have it.
+PARTS = {
+    Model.HARDWARE: ("reflectance", "modulus", "product", "albedo"),
+    Model.CLOSURES: ("reflectance", "modulus", "product", "slope"),
+}
+
+# Patterns of signs by which the document's numbers and its nodes' values are rounded: all up, and by the lowest bits of
+# their order. Any two of them within a stretch of eight differ in a pattern, so that none cancels another in all.
+PATTERNS = (1, 2, 3, 4)
 
 
 @dataclass(frozen=True)
 class Move:
-    """One way in which float32 arithmetic can move an evaluation, by one unit roundoff.
+    """One way in which float32 arithmetic can move an evaluation.
 
     Attributes
     ----------
     view, light
-        Added to the directions, shape (3,).
+        Added to the directions, shape (3,), one unit roundoff long.
     values
-        Pattern number of the signs with which the document's numbers are rounded; 0 leaves them.
+        Pattern number of the signs with which the document's numbers and its nodes' values are rounded; 0 leaves them.
+    step
+        Relative size of these roundings. They are moved by all that is allowed them at once, since a graph may bend or
+        jump (a comparison, a floor) within it.
     part
         An intermediate result that cancels and is taken at the edge of its own error; see `PARTS`.
+    factor
+        How many times the movement of the result is allowed.
     """
 
     view: Array | float = 0.0
     light: Array | float = 0.0
     values: int = 0
+    step: float = ROUNDING_FACTOR * UNIT
     part: str = ""
+    factor: float = ROUNDING_FACTOR
 
 
 EXACT = Move()
@@ -64,20 +81,26 @@ EXACT = Move()
 SMALLEST = float(np.finfo(np.float32).tiny)
 
 
-def moves() -> Iterator[Move]:
-    """All moves: each axis of each direction, two sign patterns over the document's numbers, each delicate part."""
+def moves(model: Model = Model.HARDWARE) -> Iterator[Move]:
+    """All moves: each axis of each direction, each pattern over the document's numbers, each delicate part."""
     for axis in np.eye(3):
         yield Move(view=UNIT * axis)
         yield Move(light=UNIT * axis)
-    yield Move(values=1)
-    yield Move(values=2)
-    for part in PARTS:
+    for pattern in PATTERNS:
+        yield Move(values=pattern, factor=1.0)
+    for part in PARTS[model]:
         yield Move(part=part)
 
 
+def opposite_moves() -> Iterator[Move]:
+    """The patterns over the document's numbers with the opposite signs."""
+    for pattern in PATTERNS:
+        yield Move(values=pattern, step=-ROUNDING_FACTOR * UNIT, factor=1.0)
+
+
 def value_sign(pattern: int, index: int) -> float:
-    """Sign of the rounding of the document's number `index` under a pattern: all up, then by turns."""
-    return 1.0 if pattern == 1 or index % 2 == 0 else -1.0
+    """Sign of the rounding of number `index` under a pattern: all up, or by one bit of the index."""
+    return 1.0 if pattern == 1 or (index >> (pattern - 2)) & 1 == 0 else -1.0
 
 
 @dataclass(frozen=True)

@@ -165,7 +165,7 @@ def test_a_factor_multiplies_the_response_alone_and_is_clamped():
 
 
 def test_nothing_reflects_nothing_and_hides_nothing():
-    layered = closures.layer(closures.transparent(), SECOND)
+    layered = closures.layer(closures.nothing(), SECOND)
     assert np.array_equal(layered.response, SECOND.response)
     assert np.array_equal(layered.throughput, SECOND.throughput)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mrm_mtlx.reference import closures
 from mrm_mtlx.reference.closures import Facets
-from mrm_mtlx.reference.nodes.registry import node
+from mrm_mtlx.reference.nodes.registry import ShaderValue, node
 
 if TYPE_CHECKING:
     from mrm_mtlx.reference.nodes.registry import Inputs, Value
@@ -61,6 +61,11 @@ def _layer(inputs: Inputs) -> Value:
     return closures.layer(inputs.closure("top"), inputs.closure("base"))
 
 
+@node("ND_layer_vdf")
+def _layer_medium(inputs: Inputs) -> Value:
+    return closures.layer_medium(inputs.closure("top"), inputs.closure("base"))
+
+
 @node("ND_mix_bsdf")
 def _mix(inputs: Inputs) -> Value:
     return closures.mix(inputs.closure("fg"), inputs.closure("bg"), inputs.array("mix"))
@@ -78,7 +83,30 @@ def _multiply(inputs: Inputs) -> Value:
 
 @node("ND_surface")
 def _surface(inputs: Inputs) -> Value:
-    return inputs.closure("bsdf").response * inputs.array("opacity")
+    """Light of all modes, and emission, each times the opacity; the rest of what is behind shows through."""
+    opacity = inputs.array("opacity")
+    color = inputs.emission("edf")
+    for light in inputs.lights:
+        color = color + inputs.under(light).closure("bsdf").response
+    return ShaderValue(color * opacity, np.ones((3, 1)) * (1.0 - opacity))
+
+
+@node("ND_surface_unlit")
+def _surface_unlit(inputs: Inputs) -> Value:
+    opacity = inputs.array("opacity")
+    through = inputs.array("transmission") * inputs.array("transmission_color")
+    return ShaderValue(
+        inputs.array("emission") * inputs.array("emission_color") * opacity, 1.0 - opacity + through * opacity
+    )
+
+
+@node("ND_mix_surfaceshader")
+def _mix_shader(inputs: Inputs) -> Value:
+    amount, front, back = inputs.array("mix"), inputs.shader("fg"), inputs.shader("bg")
+    return ShaderValue(
+        back.color * (1.0 - amount) + front.color * amount,
+        back.transparency * (1.0 - amount) + front.transparency * amount,
+    )
 
 
 @node("ND_roughness_anisotropy")

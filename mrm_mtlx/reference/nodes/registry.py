@@ -37,13 +37,29 @@ class Inputs(Protocol):
         ...
 
     @property
+    def lights(self) -> list[Light]:
+        """What a surface is evaluated for and adds up: its light, its surroundings in two modes, or none of them."""
+        ...
+
+    def under(self, light: Light) -> Inputs:
+        """The same inputs as they are under another light."""
+        ...
+
+    @property
     def frame(self) -> Mapping[str, Array]:
-        """The shading frame in world space: Nworld, Tworld, Bworld (unit), Pworld, UV0; object space is the same."""
+        """The shading frame: Nworld, Tworld, Bworld (unit), Pworld, UV0, Vworld (from the eye to the surface).
+
+        Object and model space are world space: Nobject, Tobject, Bobject, Pobject are the same.
+        """
         ...
 
     @property
     def properties(self) -> Mapping[str, Array]:
         """Geometric properties of the samples, component first."""
+        ...
+
+    def has(self, name: str) -> bool:
+        """Whether the node definition has an input of this name."""
         ...
 
     def array(self, name: str) -> Array:
@@ -55,11 +71,26 @@ class Inputs(Protocol):
         ...
 
     def image(self, name: str) -> Array | None:
-        """Pixels of a file input, shape (height, width, channels), row 0 at the top; None if it names no file."""
+        """Pixels of a file input, shape (height, width, channels), row 0 at the top; None if there is no such image."""
         ...
 
     def closure(self, name: str) -> Closure:
-        """A BSDF input; nothing connected is the closure of nothing."""
+        """A BSDF or VDF input; nothing connected is the closure of nothing."""
+        ...
+
+    def emission(self, name: str) -> Array:
+        """An EDF input, a colour; nothing connected is black."""
+        ...
+
+    def shader(self, name: str) -> ShaderValue:
+        """A surface shader input; nothing connected is black and opaque."""
+        ...
+
+    def discrete(self, value: Array) -> Array:
+        """A discrete intermediate result (a comparison, a floor): where it is the same at all samples, it is settled.
+
+        Settled means that no rounding error changes it; where it varies, errors may tip it at the samples near a step.
+        """
         ...
 
     def note(self, facets: Facets) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +25,7 @@ class Oracle:
 
     def __init__(self, surface: Surface, points: ShadingPoints) -> None:
         self._pool = ThreadPoolExecutor(processors())
-        batches = [part(points, slice(start, start + _BATCH)) for start in range(0, len(points), _BATCH)]
+        batches = [points.part(slice(start, start + _BATCH)) for start in range(0, len(points), _BATCH)]
         self._futures = [self._pool.submit(surface.tolerance, batch) for batch in batches]
 
     def __enter__(self) -> Self:
@@ -43,13 +42,6 @@ class Oracle:
         """Expected values of all samples and what is allowed; waits for them."""
         found = [future.result() for future in self._futures]
         return Tolerance(np.concatenate([t.expected for t in found]), np.concatenate([t.allowed for t in found]))
-
-
-def part(points: ShadingPoints, where: slice) -> ShadingPoints:
-    """Some of the samples."""
-    arrays = {f.name: getattr(points, f.name) for f in fields(points) if f.name != "properties"}
-    chosen = {name: array if array.ndim == 1 else array[where] for name, array in arrays.items()}
-    return replace(points, **chosen, properties={name: value[where] for name, value in points.properties.items()})
 
 
 def joined(points: list[ShadingPoints]) -> ShadingPoints:

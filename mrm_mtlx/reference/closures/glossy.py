@@ -1,0 +1,108 @@
+"""What a glossy lobe shows of its surroundings: the estimator of MaterialX's filtered importance sampling.
+
+    L = 1/(N G1(v)) sum over i of  Li(l_i) F(v.m_i) G2(v, l_i)         m_i drawn from the visible normals of GGX
+
+(Krivanek and Colbert 2008; visible normals by spherical caps, Dupuy and Benyoub 2023.) The points of the sum are
+Fibonacci's, so that the same N gives the same sum here and in a shader. The choice of a level of detail, by which a
+shader blurs the environment, is not part of it: surroundings are looked up as they are.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.bsdf import ggx
+from mrm_mtlx.reference.closures.light import EPSILON, Environment, dot, unit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+_GOLDEN_RATIO = 1.6180339887498948
+
+
+def reflected_radiance(
+    environment: Environment,
+    v: Array,
+    frame: tuple[Array, Array, Array],
+    alpha_x: Array,
+    alpha_y: Array,
+    reflectance: Callable[[Array], Array],
+) -> Array:
+    """Radiance that a lobe reflects to v, shape (3, samples); `frame` is tangent, bitangent, normal, in world space."""
+    local, cos_v, alpha, g1 = _prepare(v, frame, alpha_x, alpha_y)
+    total = np.zeros((3, 1))
+    for m in _visible_normals(local, alpha_x, alpha_y, environment.samples):
+        l = 2.0 * dot(local, m) * m - local
+        g2 = ggx.masking_shadowing_isotropic(cos_v, np.clip(l[2], EPSILON, 1.0), alpha)
+        f = reflectance(np.clip(dot(local, m), EPSILON, 1.0))
+        total = total + environment.radiance(_to_world(l, frame)) * f * g2
+    return np.asarray(total / (g1 * max(environment.samples, 1)))
+
+
+def refracted_radiance(
+    environment: Environment,
+    v: Array,
+    frame: tuple[Array, Array, Array],
+    alpha_x: Array,
+    alpha_y: Array,
+    reflectance: Callable[[Array], Array],
+    ior: Array | float,
+) -> Array:
+    """Radiance that comes to v through a solid sphere, shape (3, samples): each facet lets 1 - F through, unmasked."""
+    local, _, _, g1 = _prepare(v, frame, alpha_x, alpha_y)
+    total = np.zeros((3, 1))
+    for m in _visible_normals(local, alpha_x, alpha_y, environment.samples):
+        l = through_sphere(-local, m, ior)
+        f = reflectance(np.clip(dot(local, m), EPSILON, 1.0))
+        total = total + environment.radiance(_to_world(l, frame)) * (1.0 - f)
+    return np.asarray(total / (g1 * max(environment.samples, 1)))
+
+
+def refract(incident: Array, n: Array, eta: Array | float) -> Array:
+    """Direction of a refracted ray, `eta` the ratio of indices before over after; zero under total reflection.
+
+    The formula of GLSL's built-in function of this name (GLSL 4.60, section 8.5); shapes (3, samples).
+    """
+    along = dot(n, incident)
+    k = 1.0 - eta * eta * (1.0 - along * along)
+    bent = eta * incident - (eta * along + np.sqrt(np.maximum(k, 0.0))) * n
+    return np.where(k < 0.0, 0.0, bent)
+
+
+def through_sphere(incident: Array, n: Array, ior: Array | float) -> Array:
+    """Direction behind a solid sphere that a ray enters where the outward normal is `n`; shapes (3, samples)."""
+    inside = refract(incident, n, 1.0 / ior)
+    exit_normal = unit(inside * dot(inside, n) - 0.5 * n)
+    return refract(inside, exit_normal, ior)
+
+
+def _prepare(
+    v: Array, frame: tuple[Array, Array, Array], alpha_x: Array, alpha_y: Array
+) -> tuple[Array, Array, Array, Array]:
+    """v in the frame, its cosine, the mean width, and the masking of v for it."""
+    local = np.stack([dot(v, axis) for axis in frame])
+    cos_v = np.clip(local[2], EPSILON, 1.0)
+    alpha = np.sqrt(alpha_x * alpha_y)
+    squared_tangent = (1.0 - cos_v * cos_v) / (cos_v * cos_v)
+    return local, cos_v, alpha, np.asarray(2.0 / (1.0 + np.sqrt(1.0 + alpha * alpha * squared_tangent)))
+
+
+def _visible_normals(v: Array, alpha_x: Array, alpha_y: Array, count: int) -> Iterator[Array]:
+    """Facet normals of GGX as seen from v, in the local frame: points of spherical caps (Dupuy and Benyoub 2023)."""
+    stretched = unit(np.stack([v[0] * alpha_x, v[1] * alpha_y, v[2]]))
+    for index in range(count):
+        phi = 2.0 * np.pi * (index + 0.5) / count
+        u = (index + 1.0) * _GOLDEN_RATIO % 1.0
+        z = (1.0 - u) * (1.0 + stretched[2]) - stretched[2]
+        radius = np.sqrt(np.clip(1.0 - z * z, 0.0, 1.0))
+        cap = np.stack([radius * np.cos(phi), radius * np.sin(phi), z]) + stretched
+        yield unit(np.stack([cap[0] * alpha_x, cap[1] * alpha_y, np.maximum(cap[2], 0.0)]))
+
+
+def _to_world(a: Array, frame: tuple[Array, Array, Array]) -> Array:
+    x, y, n = frame
+    return np.asarray(a[0] * x + a[1] * y + a[2] * n)

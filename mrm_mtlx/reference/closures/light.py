@@ -1,0 +1,133 @@
+"""What a closure is evaluated for: directions, mode, surroundings; and what it gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.bsdf.lobes import EXACT, Rounding
+from mrm_mtlx.reference import precision
+from mrm_mtlx.reference.models import Model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# MaterialX's M_FLOAT_EPS.
+EPSILON = 1e-8
+
+
+class Mode(Enum):
+    """What light a BSDF is evaluated for; MaterialX's hardware shaders evaluate it once per mode and add up.
+
+    `REFLECTION` is one light at `l`; `INDIRECT` the surroundings, as reflected; `TRANSMISSION` the surroundings, as
+    seen through the surface along the view direction.
+    """
+
+    REFLECTION = "reflection"
+    INDIRECT = "indirect"
+    TRANSMISSION = "transmission"
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A BSDF node's value: what it reflects of the light, and what it lets through to the layer below.
+
+    `response` and `throughput` have shape (3, samples) or broadcast to it.
+    """
+
+    response: Array
+    throughput: Array
+
+
+@dataclass(frozen=True)
+class Environment:
+    """Light from all around.
+
+    Attributes
+    ----------
+    radiance
+        Radiance that arrives from directions, world space, shape (3, n) to (3, n) or (3, 1).
+    irradiance
+        Irradiance over pi at surfaces with these normals, shapes as above.
+    samples
+        Number of directions by which a glossy lobe's share is estimated (the shader's `u_envRadianceSamples`).
+    """
+
+    radiance: Callable[[Array], Array]
+    irradiance: Callable[[Array], Array]
+    samples: int = 16
+
+    @staticmethod
+    def constant(color: tuple[float, float, float], samples: int = 16) -> Environment:
+        """The same radiance from every direction."""
+        same = np.array([[c] for c in color])
+        return Environment(lambda _: same, lambda _: same, samples)
+
+
+@dataclass(frozen=True)
+class Light:
+    """The directions of an evaluation: `v`, `l`, shape (3, samples); `part`: see `rounding.Move`.
+
+    `environment` is given in the modes INDIRECT and TRANSMISSION, where `l` has no meaning.
+    """
+
+    v: Array
+    l: Array
+    part: str = ""
+    model: Model = Model.HARDWARE
+    mode: Mode = Mode.REFLECTION
+    environment: Environment | None = None
+
+    @property
+    def rounding(self) -> Rounding:
+        """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved."""
+        return precision.ROUNDINGS.get(self.part, EXACT)
+
+
+def nothing() -> Closure:
+    """The closure of nothing: no response, and everything below shows."""
+    return Closure(np.zeros((3, 1)), np.ones((3, 1)))
+
+
+def opaque(response: Array) -> Closure:
+    """A closure that lets nothing through; MaterialX gives it this throughput at any weight."""
+    return Closure(response, np.zeros((3, 1)))
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar product, shape (samples,)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def unit(a: Array) -> Array:
+    """Unit vectors along these, shape (3, samples)."""
+    return np.asarray(a / np.sqrt(dot(a, a)))
+
+
+def cosine(a: Array, b: Array) -> Array:
+    """Scalar product clamped to [EPSILON, 1], as the shaders have it."""
+    return np.clip(dot(a, b), EPSILON, 1.0)
+
+
+def facing(n: Array, v: Array) -> Array:
+    """The normal, turned to the side of v."""
+    return np.where(dot(n, v) < 0.0, -n, n)
+
+
+def environment(light: Light) -> Environment:
+    """The surroundings of an evaluation that asks for them.
+
+    Raises
+    ------
+    ValueError
+        In the mode REFLECTION, which has none.
+    """
+    if light.environment is None:
+        msg = f"{light.mode.value} is evaluated with an environment"
+        raise ValueError(msg)
+    return light.environment

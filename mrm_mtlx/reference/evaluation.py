@@ -1,0 +1,312 @@
+"""Evaluates a graph for samples: walks it from its end, each node by its function or through the graph that defines it.
+
+A shader is generated from the graph and so evaluates the same operations; which of them float32 rounds, and where a
+rounding decides, is noted on the way (`rounding`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, cast
+
+import MaterialX as mx
+import numpy as np
+
+from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model, nothing
+from mrm_mtlx.reference.graph import (
+    LINEAR_SPACES,
+    Scope,
+    binding,
+    color_transform,
+    defining_graph,
+    source,
+)
+from mrm_mtlx.reference.nodes import NODES, ShaderValue
+from mrm_mtlx.reference.rounding import EXACT, Move, value_sign
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.nodes import Value
+    from mrm_mtlx.reference.points import ShadingPoints
+
+# Types whose values are not numbers that float32 rounds.
+_UNROUNDED = ("integer", "boolean", "string", "filename")
+_CLOSURES = ("BSDF", "EDF", "VDF", "surfaceshader", "volumeshader", "displacementshader", "lightshader", "material")
+
+
+@dataclass(frozen=True)
+class Illumination:
+    """What lights a surface: one light of unit irradiance at each sample's l, or none, and its surroundings."""
+
+    light: bool = True
+    environment: Environment | None = None
+
+
+LIGHT = Illumination()
+
+
+@dataclass
+class Discrete:
+    """Discrete intermediate results (a comparison, a floor) of an exact evaluation.
+
+    A result that is the same at all samples is a property of the document and no matter of rounding: moved evaluations
+    take it from here. `varying` says whether there was one that is not.
+    """
+
+    settled: dict[tuple[str, str, int], Array] = field(default_factory=dict)
+    varying: bool = False
+
+
+@dataclass
+class Evaluation:
+    """One pass over the graph for some samples; values are kept per node and scope, closures also per mode.
+
+    `images` gives the pixels of a file by its name in the document; `exact` holds what an exact evaluation decided.
+    """
+
+    points: ShadingPoints
+    move: Move = EXACT
+    model: Model = Model.HARDWARE
+    illumination: Illumination = LIGHT
+    images: Callable[[str], Array | None] = lambda _name: None
+    exact: Discrete | None = None
+    discrete: Discrete = field(default_factory=Discrete)
+    lobes: list[Facets] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Prepare the shading frame as the generated vertex stage and `main` do."""
+        # The generated shader normalises what it interpolates, and takes the light's direction as it is.
+        view, light = _unit(self.points.view.T), np.atleast_2d(self.points.light).T
+        at = Light(view, light, self.move.part, self.model)
+        self.light = at
+        surroundings = self.illumination.environment
+        modes = [] if surroundings is None else [Mode.INDIRECT, Mode.TRANSMISSION]
+        self.lights = [at] * self.illumination.light + [replace(at, mode=m, environment=surroundings) for m in modes]
+        normal, tangent = self.points.normal.T, self.points.tangent.T
+        frame = {"N": _unit(normal), "T": _unit(tangent), "B": _unit(np.cross(normal, tangent, axis=0))}
+        frame["P"] = self.points.position.T
+        self.frame = {f"{name}{space}": value for name, value in frame.items() for space in ("world", "object")}
+        self.frame |= {"UV0": self.points.texcoord.T, "Vworld": -view}
+        self._values: dict[tuple[str, str, Mode | None], Value | dict[str, Value]] = {}
+        self._numbers = 0  # rounded so far
+        properties = self.points.properties
+        self.properties = {name: self._rounded(np.asarray(v, dtype=float).T) for name, v in properties.items()}
+
+    def _rounded(self, value: Array) -> Array:
+        if not self.move.values:
+            return value
+        self._numbers += 1
+        return value * (1.0 + self.move.step * value_sign(self.move.values, self._numbers))
+
+    def settle(self, key: tuple[str, str, int], value: Array) -> Array:
+        """A discrete result; see `Discrete`."""
+        if value.ndim == 0 or value.shape[-1] == 1 < len(self.points):
+            if self.exact is not None:
+                return self.exact.settled.get(key, value)
+            self.discrete.settled[key] = value
+        else:
+            self.discrete.varying = True
+        return value
+
+    def node_value(self, node: Any, output: str, scope: Scope, light: Light) -> Value:
+        """Value of a node's output; the first one if `output` is empty."""
+        path = (scope.path, str(node.getNamePath()))
+        value = self._values.get((*path, None))
+        if value is None:
+            value = self._values.get((*path, light.mode))
+        if value is None:
+            definition = node.getNodeDef()
+            mode = light.mode if _has_closures(definition) else None
+            value = self._values[*path, mode] = self._evaluate(node, definition, scope, light)
+        if isinstance(value, dict):
+            return value[output] if output else next(iter(value.values()))
+        return value
+
+    def _evaluate(self, node: Any, definition: Any, scope: Scope, light: Light) -> Value | dict[str, Value]:
+        if definition.getName() not in NODES:
+            inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
+            return self._graph_values(defining_graph(definition), inner, light)
+        value = NODES[definition.getName()](_NodeInputs(self, node, definition, scope, light))
+        kinds = {str(out.getName()): str(out.getType()) for out in definition.getActiveOutputs()}
+        if isinstance(value, dict):
+            return {name: self._rounded_value(v, kinds[name]) for name, v in value.items()}
+        return self._in_linear_color(self._rounded_value(value, next(iter(kinds.values()))), node, definition, light)
+
+    def _graph_values(self, graph: Any, scope: Scope, light: Light) -> dict[str, Value]:
+        return {
+            str(out.getName()): self.node_value(out.getConnectedNode(), out.getOutputString(), scope, light)
+            for out in graph.getOutputs()
+        }
+
+    def _rounded_value(self, value: Value, kind: str) -> Value:
+        if not isinstance(value, np.ndarray) or kind in _UNROUNDED or value.dtype == bool:
+            return value
+        return self._rounded(value)
+
+    def _in_linear_color(self, value: Value, node: Any, definition: Any, light: Light) -> Value:
+        """The value of a node that reads an image in a colour space: generators transform its colour."""
+        files = [given for given in node.getInputs() if given.getType() == "filename"]
+        if not files or not definition.getType().startswith("color"):
+            return value
+        return self.linear_color(cast("Array", value), files[0].getActiveColorSpace(), node.getDocument(), light)
+
+    def linear_color(self, value: Array, space: str, document: Any, light: Light) -> Array:
+        """Colours in linear Rec.709, through the graph that MaterialX has for their space; alpha stays."""
+        if space in LINEAR_SPACES:
+            return value
+        # One scope per use: values are kept by scope.
+        scope = Scope(f"{space}:{len(self._values)}", values={"in": value[:3]})
+        made = self._graph_values(defining_graph(color_transform(document, space)), scope, light)
+        color = cast("Array", next(iter(made.values())))
+        if len(value) == 3:
+            return color
+        return np.concatenate([color, np.broadcast_to(value[3:], (len(value) - 3, color.shape[-1]))])
+
+    def input_value(self, node: Any, definition: Any, name: str, scope: Scope, light: Light) -> Value | None:
+        """Value of a node's input: connected, bound to an interface, given, or the definition's default."""
+        declared = definition.getActiveInput(name)
+        given = node.getInput(name)
+        if given is not None:
+            found = source(given, scope)
+            if found is not None:
+                return self.node_value(*found, light)
+            bound = binding(given, scope)
+            if bound is not None:
+                return self._interface_value(bound, given, scope, light)
+            # MaterialX's generators pass over a number given to an input that has a geometric default (a normal).
+            if declared.getDefaultGeomPropString():
+                return self._default(declared, light)
+            if given.getValueString() or given.getType() in ("string", "filename"):
+                return self._constant(given, declared, light)
+        return self._default(declared, light)
+
+    def _interface_value(self, name: str, given: Any, scope: Scope, light: Light) -> Value | None:
+        if name in scope.values:
+            return scope.values[name]
+        outer_node = scope.node
+        if outer_node is None:  # a graph of the document itself: the interface input carries the value
+            interface = given.getInterfaceInput()
+            found = source(interface, scope)
+            if found is not None:
+                return self.node_value(*found, light)
+            return self._constant(interface, interface, light)
+        return self.input_value(outer_node, outer_node.getNodeDef(), name, scope.outer or Scope(), light)
+
+    def _default(self, declared: Any, light: Light) -> Value | None:
+        geometry = declared.getDefaultGeomPropString()
+        if geometry:
+            return self.frame[geometry]
+        if declared.getType() in ("string", "filename"):
+            return str(declared.getResolvedValueString())
+        if declared.getType() in _CLOSURES or not declared.getValueString():
+            return None
+        return self._constant(declared, declared, light)
+
+    def _constant(self, element: Any, declared: Any, light: Light) -> Value:
+        kind = element.getType()
+        if kind in ("string", "filename"):
+            return str(element.getResolvedValueString())
+        value = element.getValue()
+        if kind == "boolean":
+            return np.asarray(bool(value))
+        if kind == "integer":
+            return np.asarray(float(value))
+        # What the shader holds is the number rounded to float32.
+        if kind == "float":
+            number = np.asarray(np.float32(_in_unit(float(value), element, declared)), dtype=float)
+        elif kind.startswith("matrix"):
+            size = range(value.numRows())
+            rows = [[[np.float32(value[row, column])] for column in size] for row in size]
+            number = np.array(rows, dtype=float)
+        else:
+            number = np.array([[np.float32(x)] for x in value.asTuple()], dtype=float)
+        if kind.startswith("color"):
+            number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light)
+        return self._rounded(number)
+
+
+@dataclass
+class _NodeInputs:
+    """`nodes.Inputs` of one node in one evaluation."""
+
+    evaluation: Evaluation
+    node: Any
+    definition: Any
+    scope: Scope
+    light: Light
+    _settled: int = 0
+
+    @property
+    def frame(self) -> Mapping[str, Array]:
+        return self.evaluation.frame
+
+    @property
+    def properties(self) -> Mapping[str, Array]:
+        return self.evaluation.properties
+
+    @property
+    def lights(self) -> list[Light]:
+        return self.evaluation.lights
+
+    def under(self, light: Light) -> _NodeInputs:
+        return replace(self, light=light)
+
+    def has(self, name: str) -> bool:
+        return self.definition.getActiveInput(name) is not None
+
+    def array(self, name: str) -> Array:
+        return cast("Array", self._value(name))
+
+    def text(self, name: str) -> str:
+        return cast("str", self._value(name))
+
+    def image(self, name: str) -> Array | None:
+        file = self.text(name)
+        return self.evaluation.images(file) if file else None
+
+    def closure(self, name: str) -> Closure:
+        value = self._value(name)
+        return nothing() if value is None else cast("Closure", value)
+
+    def emission(self, name: str) -> Array:
+        value = self._value(name)
+        return np.zeros((3, 1)) if value is None else cast("Array", value)
+
+    def shader(self, name: str) -> ShaderValue:
+        value = self._value(name)
+        return ShaderValue(np.zeros((3, 1)), np.zeros((3, 1))) if value is None else cast("ShaderValue", value)
+
+    def discrete(self, value: Array) -> Array:
+        self._settled += 1
+        return self.evaluation.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
+
+    def note(self, facets: Facets) -> None:
+        self.evaluation.lobes.append(facets)
+
+    def _value(self, name: str) -> Value | None:
+        return self.evaluation.input_value(self.node, self.definition, name, self.scope, self.light)
+
+
+def _has_closures(definition: Any) -> bool:
+    """Whether a node's value depends on the mode: it is a closure itself. Shaders add up the modes."""
+    return any(out.getType() in ("BSDF", "VDF") for out in definition.getActiveOutputs())
+
+
+def _unit(a: Array) -> Array:
+    return np.asarray(a / np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
+
+
+def _in_unit(value: float, element: Any, declared: Any) -> float:
+    """A number in the unit of its definition; MaterialX's generators convert it so."""
+    given, wanted = element.getUnit(), declared.getUnit()
+    if not given or not wanted or given == wanted:
+        return value
+    units = _unit_scales(element.getDocument(), declared.getUnitType())
+    return value * units[given] / units[wanted]
+
+
+def _unit_scales(document: Any, kind: str) -> dict[str, float]:
+    converter = mx.LinearUnitConverter.create(document.getUnitTypeDef(kind))
+    return dict(converter.getUnitScale())

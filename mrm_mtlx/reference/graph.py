@@ -1,0 +1,78 @@
+"""Finds its way through MaterialX's graphs: what an element is connected to, and in which graph it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from mrm_mtlx.reference.nodes import Value
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Where an element stands: inside which graph, and what is bound to the graph's interface.
+
+    `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given
+    for interface names without a node.
+    """
+
+    path: str = ""
+    node: Any = None
+    outer: Scope | None = None
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+def shader_node(element: Any) -> Any:
+    """The surface shader node behind a renderable element, or None."""
+    if element.isA(mx.Output):
+        return element.getConnectedNode()
+    if element.getType() == "material":
+        shader = element.getInput("surfaceshader")
+        return None if shader is None else connected_node(shader)
+    return element
+
+
+def connected_node(element: Any) -> Any:
+    """The node that an input or output takes its value from, through graphs' outputs, or None."""
+    output = element.getConnectedOutput()
+    return output.getConnectedNode() if output is not None else element.getConnectedNode()
+
+
+def source(element: Any, scope: Scope) -> tuple[Any, str, Scope] | None:
+    """Node, output name and scope that an input is connected to."""
+    node = element.getConnectedNode() if element.getNodeName() else None
+    if node is not None:
+        return node, str(element.getOutputString()), scope
+    if element.getNodeGraphString() or (element.getOutputString() and not element.getNodeName()):
+        output = element.getConnectedOutput()
+        if output is not None and output.getConnectedNode() is not None:
+            return output.getConnectedNode(), str(output.getOutputString()), scope
+    return None
+
+
+def binding(element: Any, scope: Scope) -> str | None:
+    """The interface name that an input takes its value from, or None."""
+    name = str(element.getInterfaceName())
+    if not name or (scope.node is None and not scope.values and element.getInterfaceInput() is None):
+        return None
+    return name
+
+
+def defining_graph(definition: Any) -> Any:
+    """The graph that defines a node, or None if its hardware implementation is in source, or there is none."""
+    implementation = definition.getImplementation("genglsl")
+    return implementation if implementation is not None and implementation.isA(mx.NodeGraph) else None
+
+
+def color_transform(document: Any, space: str, kind: str = "color3") -> Any:
+    """The node definition by which MaterialX takes colours of a space to linear Rec.709, or None."""
+    return document.getNodeDef(f"ND_{space}_to_lin_rec709_{kind}")
+
+
+# Colour spaces whose numbers are taken as they are.
+LINEAR_SPACES = ("", "none", "lin_rec709")

@@ -1,0 +1,17 @@
+"""The families of targets that the reference tells apart."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Model(Enum):
+    """Whose microfacet lobes are evaluated: the two families of targets differ by more than rounding.
+
+    `HARDWARE` is what MaterialX writes for its hardware targets, as `closures` says. `CLOSURES` are the
+    closures of OSL as renderers have them: both widths in the masking, no multiply scattered light, and nothing from
+    below the surface.
+    """
+
+    HARDWARE = "hardware"
+    CLOSURES = "closures"
