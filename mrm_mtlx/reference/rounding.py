@@ -36,11 +36,11 @@ ROUNDING_FACTOR = 24.0
 OUTPUT_ROUNDINGS = 40.0
 
 # Intermediate results that cancel, each moved alone, so that one movement cannot hide another: the reflectance, two
-# quantities under square roots in it (see bsdf.lobes.Rounding), the fitted albedo of the hardware targets, the slope of
-# an isotropic facet as OSL's renderers have it.
+# quantities under square roots in it (see bsdf.lobes.Rounding), built-in functions, the weights of texture filters, the
+# fitted albedo of the hardware targets, the slope of an isotropic facet as OSL's renderers have it.
 PARTS = {
-    Model.HARDWARE: ("reflectance", "modulus", "product", "albedo"),
-    Model.CLOSURES: ("reflectance", "modulus", "product", "slope"),
+    Model.HARDWARE: ("reflectance", "modulus", "product", "functions", "texture", "albedo"),
+    Model.CLOSURES: ("reflectance", "modulus", "product", "functions", "texture", "slope"),
 }
 
 # Patterns of signs by which the document's numbers and its nodes' values are rounded: all up, and by the lowest bits of

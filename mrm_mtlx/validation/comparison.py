@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,11 +54,17 @@ class Comparison:
 
 
 def draw(
-    program: SurfaceProgram, points: ShadingPoints, uniforms: Mapping[str, Any] | None = None
+    program: SurfaceProgram,
+    points: ShadingPoints,
+    uniforms: Mapping[str, Any] | None = None,
+    lighting: Lighting | None = None,
 ) -> NDArray[np.float32]:
-    """Colours that the shader gives for the samples under one directional light of unit irradiance, (samples, 3)."""
+    """Colours that the shader gives for the samples, (samples, 3).
+
+    Without `lighting`, under the one directional light of the samples, of unit irradiance.
+    """
     inputs = program.surface_inputs(points.position, points.normal, points.tangent, points.texcoord, points.properties)
-    return program.draw(inputs, Lighting(DirectionalLight(tuple(points.light))), uniforms)[:, :3]
+    return program.draw(inputs, lighting or Lighting(DirectionalLight(tuple(points.light))), uniforms)[:, :3]
 
 
 def compare(found: NDArray[np.floating], tolerance: Tolerance, points: ShadingPoints) -> Comparison:
@@ -83,4 +89,18 @@ def compare(found: NDArray[np.floating], tolerance: Tolerance, points: ShadingPo
             "error": float(errors[worst]),
             "tolerance": float(allowed[worst]),
         },
+    )
+
+
+def worse(first: Comparison, second: Comparison) -> Comparison:
+    """Two comparisons of one shader as one: the worst sample of both, the larger errors, all samples."""
+    worst = max(first, second, key=lambda c: c.excess)
+    largest = max(first, second, key=lambda c: c.max_error)
+    return replace(
+        worst,
+        samples=first.samples + second.samples,
+        differing=first.differing + second.differing,
+        max_error=largest.max_error,
+        tolerance=largest.tolerance,
+        median_error=max(first.median_error, second.median_error),
     )

@@ -11,12 +11,11 @@ import numpy as np
 from mrm_mtlx.engines import compilers, gl, osl
 from mrm_mtlx.engines.gl.textures import read_image
 from mrm_mtlx.library import Origin, load_library
-from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
 from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, NARROWEST_ALPHA, STEEP_DEGREES
-from mrm_mtlx.validation.comparison import Comparison, compare, draw
+from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.validation.energy import directional_albedos
+from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.findings import Severity, finding
 from mrm_mtlx.validation.graph_checks import check_graph, location
 from mrm_mtlx.validation.reading import ReadError, read_document, resolve_inside
@@ -29,9 +28,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.engines.availability import Availability
-    from mrm_mtlx.reference import ShadingPoints, Tolerance
+    from mrm_mtlx.reference import Surface
     from mrm_mtlx.shadergen import Shader
+    from mrm_mtlx.validation.comparison import Comparison
     from mrm_mtlx.validation.findings import Finding
 
 # Source targets that the OpenGL driver compiles and runs.
@@ -113,14 +114,12 @@ class _ElementCheck:
         self._place = location(element)
         self._library = load_library(request.origin)
         self._findings: list[Finding] = []
-        self._reason = ""
-        self._tolerance: Tolerance | None = None
         self._ignoring: dict[str, set[str]] = {}
-        self._points: ShadingPoints
+        self._expectation: Expectation
 
     def run(self) -> list[Finding]:
         """Check every target; fill the results, return the findings."""
-        self._evaluate_reference()
+        self._prepare_reference()
         for target in self._request.targets:
             self._renderable.targets[target] = self._check_target(target)
         if self._ignoring:
@@ -132,23 +131,12 @@ class _ElementCheck:
     def _report(self, code: str, message: str) -> None:
         self._findings.append(finding(code, self._place, message))
 
-    def _evaluate_reference(self) -> None:
+    def _prepare_reference(self) -> None:
         rng = sampling.generator(self._request.seed, self._renderable.name)
-        count = self._request.samples
-        lobes: list[sampling.LobeShape] = []
-        try:
-            surface = Surface(self._element)
-        except (UnsupportedError, RecursionError) as error:
-            self._reason = str(error)
-        else:
-            probe = sampling.shading_points(rng, *sampling.sample_local(rng, 2))
-            lobes = [_shape(facets) for facets in surface.lobes(probe)]
-            self._check_energy(surface, lobes, rng)
-            # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
-            lobes = [lobe for lobe in lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
-        self._points = sampling.shading_points(rng, *sampling.sample_local(rng, count, lobes))
-        if not self._reason:
-            self._tolerance = surface.tolerance(self._points)
+        images = document_images(self._request.path.parent, self._request.root)
+        self._expectation = Expectation(self._element, rng, self._request.samples, images)
+        if self._expectation.surface is not None:
+            self._check_energy(self._expectation.surface, self._expectation.lobes, rng)
 
     def _check_energy(self, surface: Surface, lobes: list[sampling.LobeShape], rng: np.random.Generator) -> None:
         # Four standard errors: one false alarm in 30,000 view angles at which a surface reflects exactly the bound.
@@ -194,31 +182,21 @@ class _ElementCheck:
             return TargetResult("generate", "skip", available.reason)
         try:
             with gl.SurfaceProgram(shader, self._textures(shader)) as program:
-                found = draw(program, self._points)
+                found = self._expectation.draw(program)
         except gl.CompileError as error:
             self._report("SHADER_COMPILE", f"{shader.target}: {error.messages[0]}")
             return TargetResult("compile", "fail")
-        if not np.all(np.isfinite(found)):
-            share = np.mean(~np.isfinite(found).all(axis=1))
-            self._report("SHADER_NOT_FINITE", f"{shader.target}: {share:.2%} of the samples are NaN or infinite")
-            return TargetResult("compare", "fail", samples=len(found))
-        if self._tolerance is None:
-            return TargetResult("compile", "skip", self._reason, samples=len(found))
-        return self._compare(shader, found, self._tolerance)
-
-    def _compare(self, shader: Shader, found: NDArray[np.float32], tolerance: Tolerance) -> TargetResult:
-        comparison = compare(found, tolerance, self._points)
+        count = sum(len(colors) for colors in found)
+        bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
+        if bad:
+            self._report("SHADER_NOT_FINITE", f"{shader.target}: {bad / count:.2%} of the samples are NaN or infinite")
+            return TargetResult("compare", "fail", samples=count)
+        if self._expectation.reason:
+            return TargetResult("compile", "skip", self._expectation.reason, samples=count)
+        comparison = self._expectation.compare(found)
         if not comparison.passed:
             self._report("SHADER_DIFFERS", f"{shader.target}: {describe(comparison)}")
-        return TargetResult(
-            stage="compare",
-            status="pass" if comparison.passed else "fail",
-            samples=comparison.samples,
-            max_error=comparison.max_error,
-            median_error=comparison.median_error,
-            tolerance=comparison.tolerance,
-            worst=comparison.worst,
-        )
+        return compared(comparison)
 
     def _textures(self, shader: Shader) -> dict[str, NDArray[np.floating]]:
         """Images of the shader's file uniforms; those that cannot be read are reported and stay black."""
@@ -235,6 +213,22 @@ class _ElementCheck:
             except ValueError as error:
                 self._report("DOC_FILE", f"{shader.target}: {error}")
         return textures
+
+
+def document_images(folder: Path, root: Path) -> Callable[[str], Array | None]:
+    """Function from a file name of a document in `folder` to its pixels, read once; None for what cannot be read."""
+    known: dict[str, Array | None] = {}
+
+    def read(name: str) -> Array | None:
+        if name not in known:
+            path = resolve_inside(name, folder, root)
+            try:
+                known[name] = None if path is None or not path.is_file() else read_image(path).astype(float)
+            except ValueError:  # reported where the shader's textures are read
+                known[name] = None
+        return known[name]
+
+    return read
 
 
 def _compile_osl(shader: Shader) -> str:
@@ -254,6 +248,19 @@ _COMPILERS: dict[str, tuple[Callable[[], Availability], Callable[[Shader], str]]
     "slang": (compilers.slang_availability, compilers.compile_slang),
     "osl": (osl.compiler_availability, _compile_osl),
 }
+
+
+def compared(comparison: Comparison) -> TargetResult:
+    """The result of a comparison."""
+    return TargetResult(
+        stage="compare",
+        status="pass" if comparison.passed else "fail",
+        samples=comparison.samples,
+        max_error=comparison.max_error,
+        median_error=comparison.median_error,
+        tolerance=comparison.tolerance,
+        worst=comparison.worst,
+    )
 
 
 def describe(comparison: Comparison) -> str:
@@ -290,9 +297,3 @@ def _reads_argument(source: str, function: str, arguments: str, flag: str) -> bo
     index = next(i for i, argument in enumerate(arguments.split(",")) if re.search(flag, argument))
     parameter = definition[1].split(",")[index].split()[-1]
     return re.search(rf"\b{parameter}\b", definition[2]) is not None
-
-
-def _shape(facets: Any) -> sampling.LobeShape:
-    """Widths of a lobe of a document, which are the same at all samples or taken as their mean."""
-    widths = [np.clip(np.mean(a), 1e-6, 1.0) for a in (facets.alpha_x, facets.alpha_y)]
-    return sampling.LobeShape(widths[0], widths[1], bool(np.any(facets.retroreflective)))

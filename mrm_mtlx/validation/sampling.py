@@ -66,8 +66,9 @@ def shading_points(
 ) -> ShadingPoints:
     """World-space samples with these local directions, in random frames, rounded to float32.
 
-    Each frame is turned so that l is `LIGHT`; the eye is at the origin, so the position is -v. One sample in 16 has its
-    normal turned to the back. `properties` are per-sample geometric properties, rounded to float32 too.
+    Each frame is turned so that l is `LIGHT`; the eye is at the origin, so that the position is along -v, a quarter to
+    four units away. One sample in 16 has its normal turned to the back. Texture coordinates lie in three tiles along
+    each axis. `properties` are per-sample geometric properties, rounded to float32 too.
     """
     count = len(v)
     light = np.array(LIGHT)
@@ -86,14 +87,14 @@ def shading_points(
         return np.asarray(along[0] * turned_1 + along[1] * turned_2 + along[2] * to_light)
 
     facing = np.where(np.arange(count) % _BACK == _BACK - 1, -1.0, 1.0)[:, None]
-    view = float32(turn(v))
+    position = float32(-turn(v) * 4.0 ** rng.uniform(-1.0, 1.0, (count, 1)))
     return ShadingPoints(
-        view=view,
+        view=-position / np.linalg.norm(position, axis=1, keepdims=True),
         light=light,
         normal=float32(turn(np.broadcast_to([0.0, 0.0, 1.0], (count, 3))) * facing),
         tangent=float32(turn(np.broadcast_to([1.0, 0.0, 0.0], (count, 3)))),
-        position=-view,
-        texcoord=float32(rng.random((count, 2))),
+        position=position,
+        texcoord=float32(rng.uniform(-1.0, 2.0, (count, 2))),
         properties={name: float32(value) for name, value in (properties or {}).items()},
     )
 

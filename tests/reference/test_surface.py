@@ -11,7 +11,7 @@ import pytest
 from mrm_mtlx.bsdf import Conductor, GeneralizedSchlick
 from mrm_mtlx.reference import Surface, UnsupportedError, constant_input
 from mrm_mtlx.reference.nodes import NODES
-from mrm_mtlx.reference.surface import MAXIMUM_DEPTH
+from mrm_mtlx.reference.survey import MAXIMUM_DEPTH
 
 EPS = np.finfo(float).eps
 

@@ -1,6 +1,6 @@
 """The three microfacet nodes, in the three modes.
 
-`MicrofacetModel` holds what a node's Fresnel term is; `_Lobe` what follows from it for the samples.
+Each says what its interface reflects (`_Interface`); the lobe around it is the same for all (`_evaluate`).
 """
 
 from __future__ import annotations
