@@ -67,7 +67,7 @@ def oren_nayar_albedo_fit(cos_v: ArrayLike, roughness: ArrayLike) -> Array:
     c, r = np.asarray(cos_v, dtype=float), np.asarray(roughness, dtype=float)
     above = 1.0 - 0.4297 * r - 0.7632 * c * r + 1.4385 * r * r
     below = 1.0 - 0.6076 * r - 0.4993 * c * r + 2.0315 * r * r
-    return np.clip(above / below, 0.0, 1.0)
+    return np.asarray(np.clip(above / below, 0.0, 1.0))
 
 
 def compensated_oren_nayar_albedo(

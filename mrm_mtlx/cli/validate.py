@@ -37,6 +37,12 @@ def validate(
     samples: Samples = 16384,
     seed: Seed = 0,
     jobs: Annotated[int, typer.Option("-j", "--jobs", min=0, help="Processes; 0 is one per processor.")] = 0,
+    retro_sweep: Annotated[
+        bool,
+        typer.Option(
+            "--retro-sweep", help="Also switch the flag on in each specular node, one at a time, and compare again."
+        ),
+    ] = False,
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, help="Seconds that one document may take.")] = 300.0,
     library: Library = Implementation.MRM,
 ) -> None:
@@ -56,6 +62,7 @@ def validate(
         origin=Origin(library.value),
         jobs=jobs or processors(),
         timeout_s=timeout,
+        retro_sweep=retro_sweep,
         select=_codes(select, "--select"),
         ignore=_codes(ignore, "--ignore"),
     )
@@ -116,7 +123,7 @@ def _print_document(screen: Console, document: DocumentResult) -> None:
         for target in targets:
             table.add_column(target, no_wrap=True)
         for renderable in document.renderables:
-            cells = [_cell(renderable.targets[target]) for target in targets]
+            cells = [_cell(renderable.targets[target]) if target in renderable.targets else "" for target in targets]
             table.add_row(Text(f"  {printable(renderable.name)}"), *cells)
         screen.print(table)
     screen.print()

@@ -27,6 +27,8 @@ from mrm_mtlx.reference.rounding import EXACT, Move, value_sign
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from numpy.typing import NDArray
+
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.nodes import Value
     from mrm_mtlx.reference.points import ShadingPoints
@@ -70,7 +72,7 @@ class Evaluation:
     move: Move = EXACT
     model: Model = Model.HARDWARE
     illumination: Illumination = LIGHT
-    images: Callable[[str], Array | None] = lambda _name: None
+    images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None
     exact: Discrete | None = None
     discrete: Discrete = field(default_factory=Discrete)
     lobes: list[Facets] = field(default_factory=list)
@@ -262,7 +264,7 @@ class _NodeInputs:
     def text(self, name: str) -> str:
         return cast("str", self._value(name))
 
-    def image(self, name: str) -> Array | None:
+    def image(self, name: str) -> NDArray[np.floating] | None:
         file = self.text(name)
         return self.evaluation.images(file) if file else None
 

@@ -19,6 +19,8 @@ from mrm_mtlx.reference.survey import Survey, UnsupportedError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from mrm_mtlx.bsdf.arrays import Array
 
 
@@ -47,7 +49,7 @@ class Surface:
         self,
         element: Any,
         model: Model = Model.HARDWARE,
-        images: Callable[[str], Array | None] = lambda _name: None,
+        images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None,
     ) -> None:
         self._element = element
         self._model = model

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.engines.gl import SurfaceProgram
     from mrm_mtlx.reference import Tolerance
     from mrm_mtlx.validation.comparison import Comparison
@@ -51,7 +50,7 @@ class Expectation:
     """
 
     def __init__(
-        self, element: Any, rng: np.random.Generator, samples: int, images: Callable[[str], Array | None]
+        self, element: Any, rng: np.random.Generator, samples: int, images: Callable[[str], NDArray[np.floating] | None]
     ) -> None:
         self.reason = ""
         self.surface: Surface | None = None
@@ -68,6 +67,10 @@ class Expectation:
         lit = sampling.shading_points(rng, *sampling.sample_local(rng, samples, sharp))
         self._points = lit, lit.part(slice(0, -(-samples // _DIRECTIONS)))
         self._tolerances: tuple[Tolerance, ...] | None = None
+
+    def prepare(self) -> None:
+        """Evaluate the reference now and not when it is first compared: its element may change after this."""
+        self._expected()
 
     def draw(
         self, program: SurfaceProgram, uniforms: Mapping[str, Any] | None = None

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx import __version__
-from mrm_mtlx.validation.document import Request, check_document
+from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.validation.request import Request
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ _RESTART_S = 60.0
 
 @dataclass(frozen=True)
 class Settings:
-    """How to check; see `document.Request`. `timeout_s` is per document, `jobs` the number of processes."""
+    """How to check; see `request.Request`. `timeout_s` is per document, `jobs` the number of processes."""
 
     targets: tuple[str, ...]
     samples: int
@@ -39,6 +40,7 @@ class Settings:
     origin: Origin
     jobs: int
     timeout_s: float
+    retro_sweep: bool = False
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
 
@@ -89,7 +91,16 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
                 continue
             requests.setdefault(
                 file.resolve(),
-                Request(file, root, name, settings.targets, settings.samples, settings.seed, settings.origin),
+                Request(
+                    file,
+                    root,
+                    name,
+                    settings.targets,
+                    settings.samples,
+                    settings.seed,
+                    settings.origin,
+                    settings.retro_sweep,
+                ),
             )
     return missing, list(requests.values())
 

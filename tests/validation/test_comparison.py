@@ -11,7 +11,7 @@ from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import Surface, Tolerance
 from mrm_mtlx.shadergen import generate
 from mrm_mtlx.validation.comparison import compare, draw
-from mrm_mtlx.validation.document import describe
+from mrm_mtlx.validation.drawing import describe
 from mrm_mtlx.validation.sampling import LobeShape, generator, sample_local, shading_points
 
 # Exact: what is compared are powers of two.

@@ -8,7 +8,9 @@ import pytest
 
 from mrm_mtlx.library import Origin, materials_folder
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
-from mrm_mtlx.validation.document import Request, check_document, ignores_flag
+from mrm_mtlx.validation.document import check_document
+from mrm_mtlx.validation.flag_use import ignores_flag
+from mrm_mtlx.validation.request import Request
 
 RETRO = """
 <{node} name="bsdf" type="BSDF"><input name="retroreflective" type="boolean" value="true"/></{node}>

@@ -16,8 +16,9 @@ Arrays: directions, colours and frames have the component first, shape (3, sampl
 
 from mrm_mtlx.reference.closures.combine import add, layer, layer_medium, mix, multiply
 from mrm_mtlx.reference.closures.diffuse import oren_nayar
-from mrm_mtlx.reference.closures.light import EPSILON, Closure, Environment, Light, Mode, Model, nothing, opaque
+from mrm_mtlx.reference.closures.light import EPSILON, Closure, Environment, Light, Mode, nothing, opaque
 from mrm_mtlx.reference.closures.microfacet import Facets, conductor, dielectric, generalized_schlick
+from mrm_mtlx.reference.models import Model
 
 __all__ = [
     "EPSILON",

@@ -19,7 +19,6 @@ from mrm_mtlx.reference.closures.light import (
     Closure,
     Light,
     Mode,
-    Model,
     cosine,
     dot,
     environment,
@@ -28,6 +27,7 @@ from mrm_mtlx.reference.closures.light import (
     opaque,
     unit,
 )
+from mrm_mtlx.reference.models import Model
 from mrm_mtlx.reference.rounding import UNIT
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def generalized_schlick(
 
 def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool = False) -> Closure:
     """Response and throughput of a lobe in the light's mode; `grey`: the throughput is the mean of the channels."""
-    turned = facets.retroreflective & (light.mode is not Mode.TRANSMISSION)
+    turned = np.logical_and(facets.retroreflective, light.mode is not Mode.TRANSMISSION)
     # v' = 2 (n.v) n - v, and n is turned to face it: n.v' = n.v, so it is the same turn as for v.
     mirrored = 2.0 * dot(facets.normal, light.v) * facets.normal - light.v
     v = np.where(turned, mirrored, light.v)

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.closures import Closure, Facets, Light
 
@@ -70,7 +73,7 @@ class Inputs(Protocol):
         """A string input."""
         ...
 
-    def image(self, name: str) -> Array | None:
+    def image(self, name: str) -> NDArray[np.floating] | None:
         """Pixels of a file input, shape (height, width, channels), row 0 at the top; None if there is no such image."""
         ...
 

@@ -1,0 +1,137 @@
+"""A shader in the OpenGL engine: linked with the document's images, drawn, and held against the reference."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.engines import gl
+from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.validation.findings import finding
+from mrm_mtlx.validation.reading import resolve_inside
+from mrm_mtlx.validation.results import TargetResult
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from mrm_mtlx.shadergen import Shader
+    from mrm_mtlx.validation.comparison import Comparison
+    from mrm_mtlx.validation.expectation import Expectation
+    from mrm_mtlx.validation.findings import Finding
+
+# Source targets that the OpenGL driver compiles and runs.
+GL_TARGETS = ("glsl", "essl")
+
+
+class DocumentImages:
+    """The image files of one document: each is read once, and only inside the folder that may be read.
+
+    `findings` are those of the files that cannot be read; files that are missing or outside are findings of the
+    document's structure.
+    """
+
+    def __init__(self, folder: Path, root: Path, place: str) -> None:
+        self.findings: list[Finding] = []
+        self._folder, self._root, self._place = folder, root, place
+        self._known: dict[str, NDArray[np.float32] | None] = {}
+
+    def __call__(self, name: str) -> NDArray[np.float32] | None:
+        """Pixels of a file by its name in the document, or None; see `read_image`."""
+        if name not in self._known:
+            self._known[name] = self._read(name)
+        return self._known[name]
+
+    def of(self, shader: Shader) -> dict[str, NDArray[np.float32]]:
+        """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out."""
+        files = [port for port in shader.uniforms if port.type == "filename" and port.value]
+        pixels = {port.variable: self(str(port.value)) for port in files}
+        return {variable: image for variable, image in pixels.items() if image is not None}
+
+    def _read(self, name: str) -> NDArray[np.float32] | None:
+        path = resolve_inside(name, self._folder, self._root)
+        if path is None or not path.is_file():
+            return None
+        try:
+            return read_image(path)
+        except ValueError as error:
+            self.findings.append(finding("DOC_FILE", self._place, str(error)))
+            return None
+
+
+def check_draws(
+    shader: Shader,
+    images: DocumentImages,
+    expectations: Mapping[str, tuple[Expectation, Mapping[str, Any]]],
+    place: str,
+) -> dict[str, tuple[TargetResult, list[Finding]]]:
+    """Link a shader once and draw it for each expectation.
+
+    Parameters
+    ----------
+    shader, images
+        A shader of `GL_TARGETS`, and the images it may ask for.
+    expectations
+        By a name of the caller's: the reference, and values that replace uniforms of the shader.
+    place
+        Path of the element in findings.
+
+    Returns
+    -------
+    dict
+        By the same names: the result, and findings.
+    """
+    available = gl.availability()
+    if not available.available:
+        return dict.fromkeys(expectations, (TargetResult("generate", "skip", available.reason), []))
+    try:
+        with gl.SurfaceProgram(shader, images.of(shader)) as program:
+            return {
+                name: _check(shader.target, expectation, expectation.draw(program, uniforms), place)
+                for name, (expectation, uniforms) in expectations.items()
+            }
+    except gl.CompileError as error:
+        found = finding("SHADER_COMPILE", place, f"{shader.target}: {error.messages[0]}")
+        return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [found]))
+
+
+def _check(
+    target: str, expectation: Expectation, found: tuple[NDArray[np.float32], ...], place: str
+) -> tuple[TargetResult, list[Finding]]:
+    count = sum(len(colors) for colors in found)
+    bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
+    if bad:
+        message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite"
+        return TargetResult("compare", "fail", samples=count), [finding("SHADER_NOT_FINITE", place, message)]
+    if expectation.reason:
+        return TargetResult("compile", "skip", expectation.reason, samples=count), []
+    comparison = expectation.compare(found)
+    findings = [] if comparison.passed else [finding("SHADER_DIFFERS", place, f"{target}: {describe(comparison)}")]
+    return _compared(comparison), findings
+
+
+def _compared(comparison: Comparison) -> TargetResult:
+    """The result of a comparison."""
+    return TargetResult(
+        stage="compare",
+        status="pass" if comparison.passed else "fail",
+        samples=comparison.samples,
+        max_error=comparison.max_error,
+        median_error=comparison.median_error,
+        tolerance=comparison.tolerance,
+        worst=comparison.worst,
+    )
+
+
+def describe(comparison: Comparison) -> str:
+    """One line on a failed comparison: how many samples, and the worst of them."""
+    worst = comparison.worst
+    found, expected = (", ".join(f"{x:.6g}" for x in worst[key]) for key in ("found", "expected"))
+    v, l = (", ".join(f"{x:.5f}" for x in worst[key]) for key in ("v", "l"))
+    return (
+        f"{comparison.differing} of {comparison.samples} samples differ; worst at v = ({v}), l = ({l}): found "
+        f"({found}), expected ({expected}), relative error {worst['error']:.3g}, allowed {worst['tolerance']:.3g}"
+    )

@@ -1,0 +1,82 @@
+"""The retroreflective sweep: a document's specular nodes, one at a time, with the flag switched on.
+
+Real documents seldom have the flag. Switched on in each of their lobes in turn, it meets every layer, mixture and
+throughput that they are made of. It is done on a copy whose graphs are dissolved, so that the nodes inside of surface
+models are nodes of the copy, and the flag of each is a uniform of one shader.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+
+from mrm_mtlx.validation.retro_checks import MICROFACET_NODES, is_retroreflective
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from mrm_mtlx.shadergen import Shader
+
+FLAG = "retroreflective"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One specular node of an element, whose flag is off as the document has it."""
+
+    node: Any
+
+    @property
+    def name(self) -> str:
+        """Path of the node in the dissolved copy."""
+        return str(self.node.getNamePath())
+
+    def switch(self, *, on: bool) -> None:
+        """Set the flag in the copy, for the reference."""
+        self.node.setInputValue(FLAG, on)
+
+    def uniform(self, shader: Shader) -> str | None:
+        """Variable of the flag in a shader of the copy, or None if it has none."""
+        path = f"{self.name}/{FLAG}"
+        return next((port.variable for port in shader.uniforms if port.path == path), None)
+
+
+def dissolved(document: mx.Document) -> mx.Document:
+    """A copy in which every node that a graph defines is replaced by the nodes of that graph.
+
+    Raises
+    ------
+    ValueError
+        If MaterialX cannot dissolve a graph; the message is its own.
+    """
+    copy = document.copy()
+    copy.setDataLibrary(document.getDataLibrary())
+    try:
+        for graph in [copy, *(c for c in copy.getChildren() if c.isA(mx.NodeGraph) and not c.getNodeDefString())]:
+            graph.flattenSubgraphs()
+    except Exception as error:  # MaterialX throws several unrelated types
+        raise ValueError(str(error)) from error
+    return copy
+
+
+def variants(element: Any) -> list[Variant]:
+    """The specular nodes that an element depends on and whose flag is off, in the order of the document."""
+    nodes = {str(node.getNamePath()): node for node in _upstream(element)}
+    order = [str(e.getNamePath()) for e in element.getDocument().traverseTree() if e.isA(mx.Node)]
+    found = [nodes[path] for path in order if path in nodes and nodes[path].getCategory() in MICROFACET_NODES]
+    return [Variant(node) for node in found if _is_off(node)]
+
+
+def _is_off(node: Any) -> bool:
+    given = node.getInput(FLAG)
+    connected = given is not None and not given.getValueString()
+    return not connected and not is_retroreflective(node)
+
+
+def _upstream(element: Any) -> Iterator[Any]:
+    for edge in element.traverseGraph():
+        upstream = edge.getUpstreamElement()
+        if upstream.isA(mx.Node):
+            yield upstream
