@@ -20,11 +20,17 @@ def register(app: typer.Typer) -> None:
 
 def doctor(
     report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="Say instead which of MaterialX's nodes the reference evaluates.")
+    ] = False,
 ) -> None:
     """Say which targets can be generated, compiled and run here, and what to install for the others.
 
     The exit status is 0 if generated GLSL can be run and compared, else 1.
     """
+    if coverage:
+        _print_coverage(report_format)
+        return
     from mrm_mtlx.library import node_library_folder
     from mrm_mtlx.shadergen import available_targets
     from mrm_mtlx.validation.runner import versions
@@ -53,6 +59,32 @@ def doctor(
             if state.remedy:
                 typer.echo(f"{'':20}to add it: {state.remedy}")
     raise typer.Exit(0 if engines["gl"][1].available else 1)
+
+
+def _print_coverage(report_format: TableFormat) -> None:
+    from collections import Counter
+
+    from mrm_mtlx.library import load_library
+    from mrm_mtlx.reference.coverage import coverage
+    from mrm_mtlx.validation.runner import versions
+
+    definitions = coverage(load_library().document)
+    if report_format is TableFormat.JSON:
+        nodes = [{"name": c.name, "library": c.library, "how": c.how, "reason": c.reason} for c in definitions]
+        covered = sum(bool(c.how) for c in definitions)
+        report = {"schema": "mrm.coverage/1", "versions": versions(), "covered": covered, "definitions": nodes}
+        typer.echo(json.dumps(report, indent=2))
+        return
+    every, how = Counter(c.library for c in definitions), Counter((c.library, c.how) for c in definitions)
+    typer.echo(f"{'library':<9}{'nodes':>7}{'functions':>11}{'graphs':>8}{'covered':>9}")
+    for name, total in every.items():
+        functions, graphs = how[name, "function"], how[name, "graph"]
+        share = (functions + graphs) / total
+        typer.echo(f"{name:<9}{total:>7}{functions:>11}{graphs:>8}{share:>9.1%}")
+    covered = sum(bool(c.how) for c in definitions)
+    typer.echo(f"{'all':<9}{len(definitions):>7}{'':>19}{covered / len(definitions):>9.1%}")
+    for missing in (c for c in definitions if not c.how):
+        typer.echo(f"not covered: {missing.name} ({missing.library}): {missing.reason}")
 
 
 def survey() -> dict[str, tuple[str, Availability]]:
