@@ -21,6 +21,7 @@ from mrm_mtlx.reference.graph import (
     defining_graph,
     source,
 )
+from mrm_mtlx.reference.models import SAME_MODEL
 from mrm_mtlx.reference.nodes import NODES, ShaderValue
 from mrm_mtlx.reference.rounding import EXACT, Move, value_sign
 
@@ -76,6 +77,7 @@ class Evaluation:
     exact: Discrete | None = None
     discrete: Discrete = field(default_factory=Discrete)
     lobes: list[Facets] = field(default_factory=list)
+    used: set[str] = field(default_factory=set)  # geometry, by the names of `frame` and of properties
 
     def __post_init__(self) -> None:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
@@ -89,8 +91,8 @@ class Evaluation:
         normal, tangent = self.points.normal.T, self.points.tangent.T
         frame = {"N": _unit(normal), "T": _unit(tangent), "B": _unit(np.cross(normal, tangent, axis=0))}
         frame["P"] = self.points.position.T
-        self.frame = {f"{name}{space}": value for name, value in frame.items() for space in ("world", "object")}
-        self.frame |= {"UV0": self.points.texcoord.T, "Vworld": -view}
+        named = {f"{name}{space}": value for name, value in frame.items() for space in ("world", "object")}
+        self.frame = _Noting(named | {"UV0": self.points.texcoord.T, "Vworld": -view}, self.used)
         self._values: dict[tuple[str, str, Mode | None], Value | dict[str, Value]] = {}
         self._numbers = 0  # rounded so far
         properties = self.points.properties
@@ -131,6 +133,9 @@ class Evaluation:
             inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
             return self._graph_values(defining_graph(definition), inner, light)
         value = NODES[definition.getName()](_NodeInputs(self, node, definition, scope, light))
+        if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:
+            lit = np.any(value.response != 0.0)
+            value = replace(value, foreign=value.foreign | ({str(node.getCategory())} if lit else set()))
         kinds = {str(out.getName()): str(out.getType()) for out in definition.getActiveOutputs()}
         if isinstance(value, dict):
             return {name: self._rounded_value(v, kinds[name]) for name, v in value.items()}
@@ -246,6 +251,7 @@ class _NodeInputs:
 
     @property
     def properties(self) -> Mapping[str, Array]:
+        self.evaluation.used |= self.evaluation.properties.keys()
         return self.evaluation.properties
 
     @property
@@ -289,6 +295,18 @@ class _NodeInputs:
 
     def _value(self, name: str) -> Value | None:
         return self.evaluation.input_value(self.node, self.definition, name, self.scope, self.light)
+
+
+class _Noting(dict[str, "Array"]):
+    """A dictionary that notes which of its entries were asked for."""
+
+    def __init__(self, entries: Mapping[str, Array], asked: set[str]) -> None:
+        super().__init__(entries)
+        self._asked = asked
+
+    def __getitem__(self, name: str) -> Array:
+        self._asked.add(name)
+        return super().__getitem__(name)
 
 
 def _has_closures(definition: Any) -> bool:

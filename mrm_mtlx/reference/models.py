@@ -15,3 +15,22 @@ class Model(Enum):
 
     HARDWARE = "hardware"
     CLOSURES = "closures"
+
+
+# Node definitions of BSDFs that `Model.CLOSURES` has as the same model, or puts together in the same way.
+SAME_MODEL = frozenset(
+    f"ND_{name}"
+    for name in (
+        "conductor_bsdf",
+        "dielectric_bsdf",
+        "generalized_schlick_bsdf",
+        "oren_nayar_diffuse_bsdf",
+        "layer_bsdf",
+        "layer_vdf",
+        "mix_bsdf",
+        "add_bsdf",
+        "multiply_bsdfF",
+        "multiply_bsdfC",
+        "dot_bsdf",
+    )
+)

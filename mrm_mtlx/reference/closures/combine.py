@@ -7,19 +7,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.closures.light import Closure
+from mrm_mtlx.reference.models import Model
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
 
-def layer(top: Closure, base: Closure) -> Closure:
-    """Albedo scaling: the base is seen through what the top lets pass."""
-    return Closure(top.response + base.response * top.throughput, top.throughput * base.throughput)
+def layer(top: Closure, base: Closure, model: Model = Model.HARDWARE) -> Closure:
+    """Albedo scaling: the base is seen through what the top lets pass.
+
+    Renderers of OSL scale by albedos of their own, so that only a top that is not there is the same with them.
+    """
+    foreign = top.foreign | base.foreign
+    if model is Model.CLOSURES and np.any(top.throughput != 1.0):
+        foreign |= {"layer"}
+    return Closure(top.response + base.response * top.throughput, top.throughput * base.throughput, foreign)
 
 
-def layer_medium(top: Closure, medium: Closure) -> Closure:
+def layer_medium(top: Closure, medium: Closure, model: Model = Model.HARDWARE) -> Closure:
     """A BSDF over the medium below its surface, which dims what comes through."""
-    return Closure(top.response * medium.throughput, top.throughput * medium.throughput)
+    foreign = top.foreign | ({"layer"} if model is Model.CLOSURES else frozenset())
+    return Closure(top.response * medium.throughput, top.throughput * medium.throughput, foreign)
 
 
 def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
@@ -28,14 +36,21 @@ def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
     return Closure(
         background.response * rest + foreground.response * amount,
         background.throughput * rest + foreground.throughput * amount,
+        _seen(foreground, amount) | _seen(background, rest),
     )
 
 
 def add(first: Closure, second: Closure) -> Closure:
     """The sum of two BSDFs; their albedos add, so the throughput is t1 + t2 - 1, not below 0."""
-    return Closure(first.response + second.response, np.maximum(first.throughput + second.throughput - 1.0, 0.0))
+    throughput = np.maximum(first.throughput + second.throughput - 1.0, 0.0)
+    return Closure(first.response + second.response, throughput, first.foreign | second.foreign)
 
 
 def multiply(closure: Closure, factor: Array) -> Closure:
     """The response times a factor, clamped to [0, 1]; the throughput stays."""
-    return Closure(closure.response * np.clip(factor, 0.0, 1.0), closure.throughput)
+    tint = np.clip(factor, 0.0, 1.0)
+    return Closure(closure.response * tint, closure.throughput, _seen(closure, tint))
+
+
+def _seen(closure: Closure, amount: Array) -> frozenset[str]:
+    return closure.foreign if np.any(amount != 0.0) else frozenset()

@@ -37,11 +37,13 @@ class Mode(Enum):
 class Closure:
     """A BSDF node's value: what it reflects of the light, and what it lets through to the layer below.
 
-    `response` and `throughput` have shape (3, samples) or broadcast to it.
+    `response` and `throughput` have shape (3, samples) or broadcast to it. `foreign` names what of the response
+    `Model.CLOSURES` has as another model, and which therefore is no reference for it.
     """
 
     response: Array
     throughput: Array
+    foreign: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ Each says what its interface reflects (`_Interface`); the lobe around it is the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +51,12 @@ class Facets:
     scatter_mode: str = "R"
 
     @property
+    def foreign(self) -> frozenset[str]:
+        """What OSL's renderers have as other models of their own; see `Closure`."""
+        film = {"thin film"} if np.any(self.thinfilm_thickness > 0.0) else set()
+        return frozenset(film | ({"transmission"} if self.scatter_mode != "R" else set()))
+
+    @property
     def off(self) -> bool:
         """Whether the weight switches the lobe off at every sample."""
         return bool(np.all(self.weight < EPSILON))
@@ -81,7 +87,7 @@ def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Cl
         return conductor_reflectance(c, ior, extinction, *film, rounding=light.rounding)
 
     seen = _evaluate(light, facets, _Interface(reflectance, lambda _a, _b: np.zeros(())))
-    return opaque(seen.response)
+    return Closure(seen.response, np.zeros((3, 1)), seen.foreign)
 
 
 def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure:
@@ -96,7 +102,7 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
 
     f0, tint = fresnel.reflectance_at_normal(ior), np.maximum(tint, 0.0)
     seen = _evaluate(light, facets, _Interface(reflectance, lambda a, b: a * f0 + b, ior, tint))
-    return Closure(seen.response * (1.0 if light.mode is Mode.TRANSMISSION else tint), seen.throughput)
+    return replace(seen, response=seen.response * (1.0 if light.mode is Mode.TRANSMISSION else tint))
 
 
 def generalized_schlick(
@@ -132,7 +138,10 @@ def generalized_schlick(
     # The index for refraction is that of the mean colour; MaterialX clamps the colour to [0.01, 0.99].
     root = np.sqrt(np.clip(np.mean(color0, axis=0), 0.01, 0.99))
     interface = _Interface(reflectance, lambda a, b: white(a, b), (1.0 + root) / (1.0 - root))
-    return _evaluate(light, facets, interface, grey=True)
+    seen = _evaluate(light, facets, interface, grey=True)
+    # OSL's closure has no such parameter.
+    tinted = light.model is Model.CLOSURES and np.any(color82 != 1.0)
+    return replace(seen, foreign=seen.foreign | {"color82"}) if tinted else seen
 
 
 def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool = False) -> Closure:
@@ -168,7 +177,11 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     lost = interface.white(a, b) * compensation
     lost = np.mean(lost, axis=0, keepdims=True) if grey else lost
     on = facets.weight >= EPSILON
-    return Closure(np.where(on, response * facets.weight, 0.0), np.where(on, 1.0 - lost * facets.weight, 1.0))
+    return Closure(
+        np.where(on, response * facets.weight, 0.0),
+        np.where(on, 1.0 - lost * facets.weight, 1.0),
+        facets.foreign if light.model is Model.CLOSURES else frozenset(),
+    )
 
 
 def _moved_reflectance(light: Light, facets: Facets, interface: _Interface, cos_m: Array) -> Array:

@@ -58,12 +58,12 @@ def _oren_nayar(inputs: Inputs) -> Value:
 
 @node("ND_layer_bsdf")
 def _layer(inputs: Inputs) -> Value:
-    return closures.layer(inputs.closure("top"), inputs.closure("base"))
+    return closures.layer(inputs.closure("top"), inputs.closure("base"), inputs.light.model)
 
 
 @node("ND_layer_vdf")
 def _layer_medium(inputs: Inputs) -> Value:
-    return closures.layer_medium(inputs.closure("top"), inputs.closure("base"))
+    return closures.layer_medium(inputs.closure("top"), inputs.closure("base"), inputs.light.model)
 
 
 @node("ND_mix_bsdf")
@@ -86,9 +86,11 @@ def _surface(inputs: Inputs) -> Value:
     """Light of all modes, and emission, each times the opacity; the rest of what is behind shows through."""
     opacity = inputs.array("opacity")
     color = inputs.emission("edf")
+    foreign = frozenset({"emission"} if np.any(color != 0.0) else ())
     for light in inputs.lights:
-        color = color + inputs.under(light).closure("bsdf").response
-    return ShaderValue(color * opacity, np.ones((3, 1)) * (1.0 - opacity))
+        closure = inputs.under(light).closure("bsdf")
+        color, foreign = color + closure.response, foreign | closure.foreign
+    return ShaderValue(color * opacity, np.ones((3, 1)) * (1.0 - opacity), foreign)
 
 
 @node("ND_surface_unlit")
@@ -106,6 +108,7 @@ def _mix_shader(inputs: Inputs) -> Value:
     return ShaderValue(
         back.color * (1.0 - amount) + front.color * amount,
         back.transparency * (1.0 - amount) + front.transparency * amount,
+        back.foreign | front.foreign,
     )
 
 

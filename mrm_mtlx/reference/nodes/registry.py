@@ -22,10 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ShaderValue:
-    """What a surface shader node gives: the colour it shows and what it lets through, shape (3, samples) or (3, 1)."""
+    """What a surface shader node gives: the colour it shows and what it lets through, shape (3, samples) or (3, 1).
+
+    `foreign`: see `Closure`.
+    """
 
     color: Array
     transparency: Array
+    foreign: frozenset[str] = frozenset()
 
 
 Value: TypeAlias = "Closure | ShaderValue | str | Array"
