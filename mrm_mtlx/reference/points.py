@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -50,3 +52,16 @@ class ShadingPoints:
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "properties"}
         chosen = {name: array if array.ndim == 1 else array[where] for name, array in arrays.items()}
         return replace(self, **chosen, properties={name: value[where] for name, value in self.properties.items()})
+
+    @staticmethod
+    def joined(points: list[ShadingPoints]) -> ShadingPoints:
+        """All samples as one, each with a light of its own."""
+
+        def together(name: str) -> Array:
+            arrays = [getattr(p, name) for p in points]
+            every = [np.broadcast_to(a, (len(p), a.shape[-1])) for a, p in zip(arrays, points, strict=True)]
+            return np.concatenate(every)
+
+        names = [f.name for f in fields(ShadingPoints) if f.name != "properties"]
+        properties = {name: np.concatenate([p.properties[name] for p in points]) for name in points[0].properties}
+        return ShadingPoints(**{name: together(name) for name in names}, properties=properties)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,26 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.nodes import Value
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What a surface is made of.
+
+    Attributes
+    ----------
+    lobes
+        Its microfacet lobes, with their parameters; in the graph's order.
+    foreign
+        What of its response OSL's renderers have as another model; empty for `Model.HARDWARE`.
+    geometry
+        What of the shading frame (see `nodes.Inputs.frame`) and of geometric properties it depends on.
+    """
+
+    lobes: list[Facets]
+    foreign: frozenset[str]
+    geometry: frozenset[str]
 
 
 class Surface:
@@ -77,11 +98,12 @@ class Surface:
         """What a hardware shader writes: reflected, transmitted and emitted light times the opacity, (samples, 3)."""
         return _in_blocks(lambda part: self._color(part, illumination, move), points)
 
-    def lobes(self, points: ShadingPoints) -> list[Facets]:
-        """The microfacet lobes met while evaluating these points, with their parameters; in the graph's order."""
+    def traits(self, points: ShadingPoints) -> Traits:
+        """What is met while these points are evaluated under a light."""
         evaluation = self._evaluation(points, LIGHT, EXACT)
-        self._result(evaluation)
-        return evaluation.lobes
+        value = self._value(evaluation)
+        foreign = value.foreign if isinstance(value, ShaderValue) else frozenset()
+        return Traits(evaluation.lobes, foreign, frozenset(evaluation.used))
 
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.
@@ -118,13 +140,15 @@ class Surface:
 
     def _result(self, evaluation: Evaluation) -> Array:
         """Colour, shape (samples, 3); a material without a shader is black."""
-        color = np.zeros((3, 1))
-        if self._root is not None:
-            with np.errstate(all="ignore"):  # 0/0 of degenerate input is what the shader has, too
-                value = evaluation.node_value(self._root, "", Scope(), evaluation.light)
-            if isinstance(value, ShaderValue):
-                color = value.color
+        value = self._value(evaluation)
+        color = value.color if isinstance(value, ShaderValue) else np.zeros((3, 1))
         return np.ascontiguousarray(np.broadcast_to(color, (3, len(evaluation.points))).T)
+
+    def _value(self, evaluation: Evaluation) -> Value | None:
+        if self._root is None:
+            return None
+        with np.errstate(all="ignore"):  # 0/0 of degenerate input is what the shader has, too
+            return evaluation.node_value(self._root, "", Scope(), evaluation.light)
 
 
 def constant_input(node: Any, name: str) -> Array | str | None:

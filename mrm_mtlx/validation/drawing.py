@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines import gl
-from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.library.images import read_image
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.reading import resolve_inside
 from mrm_mtlx.validation.results import TargetResult
@@ -108,7 +108,11 @@ def _check(
         return TargetResult("compare", "fail", samples=count), [finding("SHADER_NOT_FINITE", place, message)]
     if expectation.reason:
         return TargetResult("compile", "skip", expectation.reason, samples=count), []
-    comparison = expectation.compare(found)
+    return judged(target, expectation.compare(found), place)
+
+
+def judged(target: str, comparison: Comparison, place: str) -> tuple[TargetResult, list[Finding]]:
+    """The result of a comparison, and a finding if it failed."""
     findings = [] if comparison.passed else [finding("SHADER_DIFFERS", place, f"{target}: {describe(comparison)}")]
     return _compared(comparison), findings
 

@@ -5,17 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.engines import osl
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import GenerationError, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.validation.compiling import check_compiles
-from mrm_mtlx.validation.drawing import GL_TARGETS, DocumentImages, check_draws
+from mrm_mtlx.validation.drawing import GL_TARGETS, DocumentImages, check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.graph_checks import location
+from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants
 
@@ -90,8 +92,21 @@ class ElementCheck:
             result, findings = check_draws(shader, self._images, {"": (self._expectation, {})}, self._place)[""]
         else:
             result, findings = check_compiles(shader, self._place)
+            if target == "osl" and result.status == "pass":
+                result, findings = self._compare_osl(result)
         self._findings += findings
         return result
+
+    def _compare_osl(self, compiled: TargetResult) -> tuple[TargetResult, list[Finding]]:
+        """The comparison in Cycles; without Cycles, or where there is none, what the compiler said."""
+        if not osl.availability().available:
+            return compiled, []
+        rng = sampling.generator(self._request.seed, f"{self._renderable.name} osl")
+        try:
+            found = compare_in_osl(self._element, self._library, self._request.samples, rng)
+        except osl.RuntimeFailure as error:
+            return TargetResult("compile", "fail"), [finding("SHADER_COMPILE", self._place, f"osl: {error}")]
+        return (replace(compiled, reason=found), []) if isinstance(found, str) else judged("osl", found, self._place)
 
 
 def sweep_element(request: Request, element: Any) -> tuple[list[RenderableResult], list[Finding]]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.engines.gl import SurfaceProgram
     from mrm_mtlx.reference import Tolerance
+    from mrm_mtlx.reference.closures import Facets
     from mrm_mtlx.validation.comparison import Comparison
 
 # Surroundings of one colour, no two channels alike: what a lobe shows of them is its albedo, and what it lets through.
@@ -61,7 +62,7 @@ class Expectation:
             self.reason = str(error)
         else:
             probe = sampling.shading_points(rng, *sampling.sample_local(rng, 2))
-            self.lobes = [_shape(facets) for facets in self.surface.lobes(probe)]
+            self.lobes = [shape_of(facets) for facets in self.surface.traits(probe).lobes]
         # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
         sharp = [lobe for lobe in self.lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
         lit = sampling.shading_points(rng, *sampling.sample_local(rng, samples, sharp))
@@ -99,7 +100,7 @@ class Expectation:
         return self._tolerances or ()
 
 
-def _shape(facets: Any) -> sampling.LobeShape:
+def shape_of(facets: Facets) -> sampling.LobeShape:
     """Widths of a lobe of a document, which are the same at all samples or taken as their mean."""
     widths = [np.clip(np.mean(a), 1e-6, 1.0) for a in (facets.alpha_x, facets.alpha_y)]
     return sampling.LobeShape(widths[0], widths[1], bool(np.any(facets.retroreflective)))

@@ -9,6 +9,7 @@ import numpy as np
 from mrm_mtlx.bsdf import diffuse
 from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.closures.light import EPSILON, Closure, Light, Mode, cosine, environment, facing, opaque
+from mrm_mtlx.reference.models import Model
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -32,4 +33,7 @@ def oren_nayar(
         plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
         compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color, arccos_error=arccos_error)
         seen = np.where(energy_compensation, compensated, plain) * cos_l
-    return opaque(np.where(weight >= EPSILON, seen * weight, 0.0))
+    # Cycles has an Oren-Nayar model of its own, neither of these two; without roughness all are Lambert's.
+    other = light.model is Model.CLOSURES and np.any(roughness != 0.0)
+    foreign = frozenset({"rough oren_nayar_diffuse_bsdf"} if other else ())
+    return Closure(np.where(weight >= EPSILON, seen * weight, 0.0), np.zeros((3, 1)), foreign)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf.blocks import processors
-from mrm_mtlx.reference import ShadingPoints, Tolerance
+from mrm_mtlx.reference import Tolerance
 
 if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-    from mrm_mtlx.reference import Surface
+    from mrm_mtlx.reference import ShadingPoints, Surface
 
 # Samples per evaluation: its temporaries stay in the processor's cache.
 _BATCH = 1 << 14
@@ -42,15 +42,3 @@ class Oracle:
         """Expected values of all samples and what is allowed; waits for them."""
         found = [future.result() for future in self._futures]
         return Tolerance(np.concatenate([t.expected for t in found]), np.concatenate([t.allowed for t in found]))
-
-
-def joined(points: list[ShadingPoints]) -> ShadingPoints:
-    """All samples as one, each with a light of its own."""
-
-    def together(name: str) -> np.ndarray:
-        arrays = [getattr(p, name) for p in points]
-        return np.concatenate([np.broadcast_to(a, (len(p), a.shape[-1])) for a, p in zip(arrays, points, strict=True)])
-
-    names = ("view", "light", "normal", "tangent", "position", "texcoord")
-    properties = {name: np.concatenate([p.properties[name] for p in points]) for name in points[0].properties}
-    return ShadingPoints(**{name: together(name) for name in names}, properties=properties)

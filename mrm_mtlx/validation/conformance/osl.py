@@ -34,8 +34,9 @@ from mrm_mtlx.validation.conformance.cases import (
     draw_properties,
     shader_parameters,
 )
-from mrm_mtlx.validation.conformance.oracle import Oracle, joined
+from mrm_mtlx.validation.conformance.oracle import Oracle
 from mrm_mtlx.validation.conformance.results import CaseResult
+from mrm_mtlx.validation.osl_light import ANGLES_DEG, PORTAL_STEP
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -45,12 +46,6 @@ if TYPE_CHECKING:
 
 TARGET = "osl"
 ENGINE = "cycles"
-
-# Angles between v and l of the suns that closures are measured under: from well inside the narrowest lobe to grazing.
-_ANGLES_DEG = (0.05, 0.15, 0.4, 1.0, 2.5, 6.0, 12.0, 25.0, 45.0, 70.0, 100.0, 140.0)
-
-# The portal's step in a cloud of facets, which lie a unit apart at coordinates up to 200: 10^3 times their rounding.
-_PORTAL_STEP = 0.02
 
 
 def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> list[Callable[[], Iterator[CaseResult]]]:
@@ -140,11 +135,11 @@ def _closures(
     surface = _surface(case, origin)
     document = case_document(case, library.document, from_properties=False)
     source = generate(renderable_elements(document)[0], TARGET, library, mode).sources["pixel"]
-    shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {_PORTAL_STEP}\n{source}", case.node)
+    shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {PORTAL_STEP}\n{source}", case.node)
     rng = sampling.generator(seed, case.name)
-    count = -(-samples // len(_ANGLES_DEG))
-    groups = [points_at_angle(case, count, float(angle), rng) for angle in np.deg2rad(_ANGLES_DEG)]
-    together = joined(groups)
+    count = -(-samples // len(ANGLES_DEG))
+    groups = [points_at_angle(case, count, float(angle), rng) for angle in np.deg2rad(ANGLES_DEG)]
+    together = ShadingPoints.joined(groups)
     normals = together.normal
     inputs = shader_parameters({**together.properties, "tangent": together.tangent})
     seen = osl.true_normals(normals).astype(float)
