@@ -12,8 +12,8 @@ import matplotlib as mpl
 import numpy as np
 
 from mrm_mtlx.engines import osl
-from mrm_mtlx.engines.gl.textures import read_image
 from mrm_mtlx.library import load_library, materials_folder
+from mrm_mtlx.library.images import read_image
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode, renderable_elements
 

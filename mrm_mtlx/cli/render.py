@@ -72,8 +72,8 @@ def render(
     from mrm_mtlx.cli.documents import open_document
     from mrm_mtlx.engines import gl, osl
     from mrm_mtlx.engines.compile_error import CompileError
-    from mrm_mtlx.engines.gl.textures import read_image
     from mrm_mtlx.library import Origin, load_library
+    from mrm_mtlx.library.images import read_image
     from mrm_mtlx.render import path_traced, picture
     from mrm_mtlx.shadergen import GenerationError, OslMode
 

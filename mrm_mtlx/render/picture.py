@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
-from mrm_mtlx.engines.gl.textures import read_image
 from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.images import read_image
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
 from mrm_mtlx.shadergen import generate

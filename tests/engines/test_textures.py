@@ -7,7 +7,7 @@ import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.engines.gl import Lighting
-from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.library.images import read_image
 
 UNIT = 2.0**-24
 

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl.textures import read_image
+from mrm_mtlx.library.images import read_image
 
 SIZE = 24
 TIME_LIMIT_S = 120

@@ -10,8 +10,9 @@ import numpy as np
 
 from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
 from mrm_mtlx.engines.gl.context import context, parking_target
+from mrm_mtlx.engines.gl.image_calls import samplings
 from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
-from mrm_mtlx.engines.gl.textures import upload
+from mrm_mtlx.engines.gl.textures import stand_in, upload
 from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
 from mrm_mtlx.shadergen.generate import LIGHT_TYPES
 
@@ -43,7 +44,9 @@ class SurfaceProgram:
     shader
         A generated `glsl` or `essl` shader; its pixel stage runs unmodified.
     textures
-        Pixels, shape (height, width, channels), for uniforms of image files, by variable name. Missing ones are black.
+        Pixels, shape (height, width, channels), row 0 at the top, for uniforms of image files, by variable name. In
+        the place of missing ones is a pixel of the node's default, as MaterialX's viewers have it; a default that is
+        computed is taken as zero.
 
     Raises
     ------
@@ -69,11 +72,11 @@ class SurfaceProgram:
             source = "" if "vertex_shader" in str(error) else shader.sources["pixel"]
             raise CompileError(_parse_log(str(error), source)) from error
         self._members = {name: self._program[name] for name in self._program}
+        for name, sampling in samplings(shader).items():
+            pixels = (textures or {}).get(name)
+            self._textures[name] = upload(self._context, stand_in(sampling) if pixels is None else pixels, sampling)
         for port in shader.uniforms:
-            if port.type == "filename":
-                pixels = (textures or {}).get(port.variable, np.zeros((1, 1, 3), dtype=np.float32))
-                self._textures[port.variable] = upload(self._context, pixels)
-            elif port.value is not None and not isinstance(port.value, str):
+            if port.type != "filename" and port.value is not None and not isinstance(port.value, str):
                 self._set(port.variable, port.value)
 
     def __enter__(self) -> Self:

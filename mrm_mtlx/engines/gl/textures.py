@@ -1,65 +1,75 @@
-"""Image files as OpenGL textures, read by OpenImageIO."""
+"""Images as OpenGL textures, with the sampler state that the generated code leaves to its host."""
 
 from __future__ import annotations
 
+import ctypes
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from mrm_mtlx.engines.gl.image_calls import Sampling
+from mrm_mtlx.library.images import as_read
 
+if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+# OpenGL's numbers, from its registry.
+_TEXTURE_2D = 0x0DE1
+_WRAP_S, _WRAP_T, _BORDER_COLOR = 0x2802, 0x2803, 0x1004
+_WRAPS = {"constant": 0x812D, "clamp": 0x812F, "periodic": 0x2901, "mirror": 0x8370}
 
-# Largest image that is read, in values: 16384 x 16384 with one channel. A header can claim more than memory holds.
-MAXIMUM_VALUES = 1 << 28
-# Longest side that OpenGL drivers of this generation take.
-MAXIMUM_SIDE = 16384
 
+def upload(
+    context: Any, pixels: NDArray[np.floating], sampling: Sampling | None = None, *, mipmaps: bool = True
+) -> Any:
+    """A float texture of an image, flipped so that v grows upward as MaterialX has it.
 
-def read_image(path: Path) -> NDArray[np.float32]:
-    """Pixels of an image file, shape (height, width, channels), float32, row 0 at the top, values as stored.
-
-    Raises
-    ------
-    ValueError
-        If the file is missing, no image that OpenImageIO reads, or larger than `MAXIMUM_SIDE` or `MAXIMUM_VALUES`.
+    `sampling` says how it is looked up and read: without, it repeats in both directions, filtered linearly. There is
+    no cubic filter in OpenGL; as MaterialX's own hosts do, "cubic" is linear.
     """
-    import OpenImageIO as oiio
-
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        msg = f"{path.name}: cannot be read as an image ({oiio.geterror().strip() or 'no reason given'})"
-        raise ValueError(msg)
-    try:
-        spec = source.spec()
-        too_wide = max(spec.width, spec.height) > MAXIMUM_SIDE
-        if too_wide or spec.width * spec.height * spec.nchannels > MAXIMUM_VALUES:
-            msg = f"{path.name}: {spec.width} x {spec.height} pixels are more than are read"
-            raise ValueError(msg)
-        pixels = source.read_image(format=oiio.FLOAT)
-        if pixels is None:
-            msg = f"{path.name}: cannot be decoded ({source.geterror().strip()})"
-            raise ValueError(msg)
-    finally:
-        source.close()
-    return np.asarray(pixels, dtype=np.float32).reshape(spec.height, spec.width, spec.nchannels)
-
-
-def upload(context: Any, pixels: NDArray[np.floating], *, mipmaps: bool = True) -> Any:
-    """A float texture of an image, flipped so that v grows upward as MaterialX has it; repeats at its borders."""
+    sampling = sampling or Sampling()
+    if "constant" in (sampling.u, sampling.v):
+        pixels = as_read(pixels, sampling.components)  # the border's colour goes through the swizzle, too
     height, width, channels = pixels.shape
     components = min(channels, 4)
     data = np.ascontiguousarray(pixels[::-1, :, :components], dtype="f4")
     texture = context.texture((width, height), components, data.tobytes(), dtype="f4", alignment=4)
     if components == 1:
         texture.swizzle = "RRR1"
-    elif components == 2:
+    elif components == 2 and sampling.components != 2:
         texture.swizzle = "RRRG"
+    _set_sampler(context, texture, sampling, mipmaps)
+    return texture
+
+
+def stand_in(sampling: Sampling) -> NDArray[np.float32]:
+    """The image in the place of one that is missing or cannot be read: a pixel of the node's default."""
+    return np.array(sampling.default[: sampling.components], dtype=np.float32).reshape(1, 1, -1)
+
+
+def _set_sampler(context: Any, texture: Any, sampling: Sampling, mipmaps: bool) -> None:
+    """Filter, address modes and border of a texture."""
+    closest = sampling.filter == "closest"
     if mipmaps:
         texture.build_mipmaps()
-        texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
+        small = context.NEAREST_MIPMAP_NEAREST if closest else context.LINEAR_MIPMAP_LINEAR
     else:
-        texture.filter = (context.LINEAR, context.LINEAR)
-    return texture
+        small = context.NEAREST if closest else context.LINEAR
+    texture.filter = (small, context.NEAREST if closest else context.LINEAR)
+    # moderngl knows neither mirrored repetition nor a border, so these are set past it, on the texture bound last.
+    texture.use(location=0)
+    set_number, set_numbers = _parameter_functions(context)
+    set_number(_TEXTURE_2D, _WRAP_S, _WRAPS[sampling.u])
+    set_number(_TEXTURE_2D, _WRAP_T, _WRAPS[sampling.v])
+    border = (*sampling.default, 0.0, 0.0, 0.0, 0.0)[:4]
+    set_numbers(_TEXTURE_2D, _BORDER_COLOR, (ctypes.c_float * 4)(*border))
+
+
+@cache
+def _parameter_functions(context: Any) -> tuple[Any, Any]:
+    """OpenGL's glTexParameteri and glTexParameterfv, from the loader that moderngl has of them."""
+    load = context.mglo._context.load
+    whole = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_uint, ctypes.c_int)
+    several = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_uint, ctypes.POINTER(ctypes.c_float))
+    return whole(load("glTexParameteri")), several(load("glTexParameterfv"))
