@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mrm_mtlx.reference import ROUNDING_FACTOR, Surface, Tolerance, rounding
-from mrm_mtlx.reference.rounding import EXACT, Move, moves, value_sign
+from mrm_mtlx.reference import ROUNDING_FACTOR, Model, Surface, Tolerance, rounding
+from mrm_mtlx.reference.rounding import EXACT, PARTS, PATTERNS, Move, moves, opposite_moves, value_sign
 
 # Relative error of one correctly rounded operation in float32.
 UNIT = float(np.finfo(np.float32).eps) / 2.0
@@ -89,21 +91,35 @@ def test_the_unit_is_that_of_float32():
     assert rounding.UNIT == UNIT
 
 
-def test_there_is_a_move_for_each_direction_the_numbers_and_each_delicate_part():
-    all_moves = list(moves())
+@pytest.mark.parametrize("model", list(Model))
+def test_there_is_a_move_for_each_direction_the_numbers_and_each_delicate_part(model):
+    all_moves = list(moves(model))
     assert sum(np.ndim(m.view) == 1 for m in all_moves) == 3
     assert sum(np.ndim(m.light) == 1 for m in all_moves) == 3
-    assert sorted(m.values for m in all_moves if m.values) == [1, 2]
-    parts = [m.part for m in all_moves if m.part]
-    assert {"albedo", "reflectance"} <= set(parts)
-    assert len(set(parts)) == len(parts)
+    assert [m.values for m in all_moves if m.values] == list(PATTERNS)
+    assert [m.part for m in all_moves if m.part] == list(PARTS[model])
+    assert len(set(PARTS[model])) == len(PARTS[model])
     assert all(m != EXACT for m in all_moves if not np.ndim(m.view) and not np.ndim(m.light))
     assert ROUNDING_FACTOR > 1.0
 
 
-def test_the_signs_of_the_numbers_are_all_up_and_then_by_turns():
+def test_every_move_is_allowed_the_same_number_of_roundings():
+    for move in (*moves(), *opposite_moves()):
+        size = abs(move.step) / UNIT if move.values else 1.0
+        assert size * move.factor == ROUNDING_FACTOR
+
+
+def test_the_opposite_moves_are_those_of_the_numbers_with_the_other_sign():
+    forth = [m for m in moves() if m.values]
+    assert [(m.values, -m.step) for m in opposite_moves()] == [(m.values, m.step) for m in forth]
+
+
+def test_any_two_numbers_within_a_stretch_of_eight_differ_in_a_pattern():
     assert [value_sign(1, k) for k in range(4)] == [1.0] * 4
     assert [value_sign(2, k) for k in range(4)] == [1.0, -1.0, 1.0, -1.0]
+    for first in range(20):
+        for second in range(first + 1, first + 8):
+            assert any(value_sign(p, first) != value_sign(p, second) for p in PATTERNS)
 
 
 # Relative. One rounding of a direction moves a lobe of alpha 0.3 by 2 u / alpha, a cosine above 0.1 by 10 u.
@@ -120,9 +136,44 @@ def test_every_move_is_a_rounding_and_directions_and_numbers_move_every_metal(
     exact = surface.response(points)
     for move in moves():
         moved = np.max(np.abs(surface.response(points, move) - exact) / exact, axis=-1)
-        assert np.max(moved) < ONE_MOVE
+        assert np.max(moved) * move.factor < ONE_MOVE * ROUNDING_FACTOR
         if not move.part:
             assert np.mean(moved > 0.0) > MOST
+
+
+# A shade that steps from black to white where the texture coordinate reaches a half, and one that steps everywhere or
+# nowhere: where the value of a constant is.
+STEP = """
+  <texcoord name="uv" type="vector2"/>
+  <extract name="u" type="float"><input name="in" type="vector2" nodename="uv"/></extract>
+  <constant name="half" type="float"><input name="value" type="float" value="{0}"/></constant>
+  <ifgreater name="step" type="float">
+    <input name="value1" type="float" nodename="{1}"/><input name="value2" type="float" nodename="half"/>
+    <input name="in1" type="float" value="1"/><input name="in2" type="float" value="0"/>
+  </ifgreater>
+  <surface_unlit name="s" type="surfaceshader"><input name="emission" type="float" nodename="step"/></surface_unlit>
+  <surfacematerial name="m" type="material"><input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>
+"""
+
+
+def stepped(make_document, flat_points, u: list[float], value: float = 0.5, what: str = "u") -> Tolerance:
+    up = np.array([0.0, 0.0, 1.0])
+    points = flat_points(np.tile(up, (len(u), 1)), up)
+    texcoord = np.stack([np.array(u), np.zeros(len(u))], axis=1)
+    document = make_document(STEP.format(value, what))
+    return Surface(document.getNode("m")).tolerance(replace(points, texcoord=texcoord))
+
+
+def test_a_step_is_allowed_either_way_where_roundings_reach_it_and_nowhere_else(make_document, flat_points):
+    reach = ROUNDING_FACTOR * UNIT
+    found = stepped(make_document, flat_points, [0.5 * (1.0 + k * reach) for k in (-4.0, -0.9, 0.9, 4.0)])
+    assert found.expected[:, 0].tolist() == [0.0, 0.0, 1.0, 1.0]
+    assert (found.allowed[:, 0] > 0.5).tolist() == [False, True, True, False]
+
+
+def test_a_step_of_constants_is_settled_however_close_they_are(make_document, flat_points):
+    found = stepped(make_document, flat_points, [0.1, 0.9], 0.5, "half")
+    assert np.max(found.allowed) < 1e-6
 
 
 def test_a_move_of_the_wrong_size_is_seen(surface_document, turned_points, rng, direction_pairs):

@@ -1,0 +1,164 @@
+"""Single errors in a copy of the standard library, each seen by comparing a real document.
+
+The documents are MaterialX's own where the shared corpus is at hand, and one of ours for images, which the corpus has
+none of.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import MaterialX as mx
+import numpy as np
+import pytest
+
+from mrm_mtlx.engines.gl import SurfaceProgram
+from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
+from mrm_mtlx.shadergen import generate, renderable_elements
+from mrm_mtlx.validation.drawing import DocumentImages
+from mrm_mtlx.validation.expectation import Expectation
+from mrm_mtlx.validation.sampling import generator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from mrm_mtlx.validation.comparison import Comparison
+
+CORPUS = Path(__file__).parents[3] / "shared" / "corpus"
+SAMPLES = 2048
+
+
+@dataclass(frozen=True)
+class Planted:
+    """A change to one file of the standard library, and the document that has to show it.
+
+    `opacity` is given to the document's surfaces: those of the corpus are all opaque.
+    """
+
+    document: str
+    file: str
+    old: str
+    new: str
+    opacity: str = ""
+
+
+ERRORS = {
+    "a wrong coefficient in sheen": Planted(
+        "bsdf/sheen_bsdf.mtlx", "pbrlib/genglsl/lib/mx_microfacet_sheen.glsl", "vec2(13.67300", "vec2(13.97300"
+    ),
+    "a swapped layer": Planted(
+        "bsdf/vertical_layering.mtlx",
+        "pbrlib/genglsl/mx_layer_bsdf.glsl",
+        "top.response + base.response * top.throughput",
+        "base.response + top.response * base.throughput",
+    ),
+    "a dropped throughput": Planted(
+        "standard_surface/standard_surface_plastic.mtlx",
+        "pbrlib/genglsl/mx_layer_bsdf.glsl",
+        "base.response * top.throughput",
+        "base.response",
+    ),
+    "a missing opacity": Planted(
+        "standard_surface/standard_surface_glass.mtlx",
+        "bxdf/standard_surface.mtlx",
+        '<input name="opacity" type="float" nodename="opacity_luminance_float" />',
+        "",
+        opacity="0.5, 0.4, 0.3",
+    ),
+    "an exchanged pair of roughnesses": Planted(
+        "open_pbr/open_pbr_aluminum_brushed.mtlx",
+        "pbrlib/genglsl/lib/mx_microfacet_specular.glsl",
+        "vec2 He = H.xy / alpha;",
+        "vec2 He = H.xy / alpha.yx;",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def changed_standard_library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str, str], DataLibrary]:
+    """Function from a change to a file of the standard library to a copy of it with the change, below ours."""
+
+    def change(file: str, old: str, new: str) -> DataLibrary:
+        root = tmp_path_factory.mktemp("changed")
+        standard = Path(mx.getDefaultDataSearchPath().asString()) / "libraries"
+        shutil.copytree(standard, root / "libraries")
+        path = root / "libraries" / file
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        search_path, ours = mx.FileSearchPath(str(root)), mx.FileSearchPath(str(node_library_folder()))
+        document = mx.createDocument()
+        mx.loadLibraries(["pbrlib"], ours, document)
+        mx.loadLibraries(mx.getDefaultDataLibraryFolders(), search_path, document)
+        search_path.append(ours)
+        return DataLibrary(Origin.MRM, document, search_path)
+
+    return change
+
+
+def compared(
+    path: Path, true_library: DataLibrary, drawn_library: DataLibrary, opacity: str = ""
+) -> Iterator[Comparison]:
+    """Comparisons of a document's surfaces: the reference with one library, the shader with another."""
+    documents = []
+    for library in (true_library, drawn_library):
+        document = mx.createDocument()
+        mx.readFromXmlFile(document, str(path))
+        document.setDataLibrary(library.document)
+        for node in document.getNodes() if opacity else ():
+            if node.getType() == "surfaceshader":
+                node.setInputValue("opacity", opacity, "color3")
+        documents.append(document)
+    for true, drawn in zip(*map(renderable_elements, documents), strict=True):
+        images = DocumentImages(path.parent, path.parent, "")
+        expectation = Expectation(true, generator(0, true.getName()), SAMPLES, images)
+        assert not expectation.reason
+        shader = generate(drawn, "glsl", drawn_library)
+        with SurfaceProgram(shader, images.of(shader)) as program:
+            yield expectation.compare(expectation.draw(program))
+
+
+@pytest.mark.parametrize("name", ERRORS)
+def test_an_error_in_one_node_is_seen_in_a_document_of_the_corpus(gl, library, changed_standard_library, name):
+    planted = ERRORS[name]
+    path = CORPUS / planted.document
+    if not path.is_file():
+        pytest.skip(f"the shared corpus is not here: {planted.document} is looked for beside the repository")
+    wrong = changed_standard_library(planted.file, planted.old, planted.new)
+    assert not all(c.passed for c in compared(path, library, wrong, planted.opacity))
+    assert all(c.passed for c in compared(path, library, library, planted.opacity))
+
+
+TEXTURED = """<?xml version="1.0"?>
+<materialx version="1.39">
+  <image name="i" type="color3">
+    <input name="file" type="filename" value="steps.exr"/>
+    <input name="uaddressmode" type="string" value="mirror"/>
+  </image>
+  <surface_unlit name="s" type="surfaceshader">
+    <input name="emission_color" type="color3" nodename="i"/>
+  </surface_unlit>
+  <surfacematerial name="m" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="s"/>
+  </surfacematerial>
+</materialx>
+"""
+
+
+def test_an_address_mode_off_by_one_is_seen(gl, library, changed_standard_library, tmp_path):
+    import OpenImageIO as oiio
+
+    pixels = np.arange(5 * 3 * 3, dtype=np.float32).reshape(3, 5, 3) / 45.0
+    image = oiio.ImageBuf(oiio.ImageSpec(5, 3, 3, oiio.FLOAT))
+    assert image.set_pixels(oiio.ROI(), pixels)
+    assert image.write(str(tmp_path / "steps.exr"))
+    path = tmp_path / "textured.mtlx"
+    path.write_text(TEXTURED, encoding="utf-8")
+    # Generators number the modes in the order of the definition.
+    order = 'enum="constant,clamp,periodic,mirror"'
+    wrong = changed_standard_library("stdlib/stdlib_defs.mtlx", order, 'enum="mirror,constant,clamp,periodic"')
+    assert not all(c.passed for c in compared(path, library, wrong))
+    assert all(c.passed for c in compared(path, library, library))
