@@ -152,7 +152,9 @@ STEP = """
     <input name="in1" type="float" value="1"/><input name="in2" type="float" value="0"/>
   </ifgreater>
   <surface_unlit name="s" type="surfaceshader"><input name="emission" type="float" nodename="step"/></surface_unlit>
-  <surfacematerial name="m" type="material"><input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>
+  <surfacematerial name="m" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="s"/>
+  </surfacematerial>
 """
 
 
