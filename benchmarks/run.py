@@ -1,4 +1,4 @@
-"""Benchmarks: `python benchmarks/run.py [oracle|gl|validate]...`. Prints tables; no test depends on them."""
+"""Benchmarks: `python benchmarks/run.py [oracle|surface|gl|validate]...`. Prints tables; no test depends on them."""
 
 from __future__ import annotations
 
@@ -56,6 +56,66 @@ def oracle() -> None:
         sizes.append(f"2^{exponent}: {rate:.1f}")
     blocks.BLOCK = chosen
     print(f"  conductor by block size [M/s]    {', '.join(sizes)}")
+
+
+# Every lobe of the surface model in use.
+OPEN_PBR = """<?xml version="1.0"?>
+<materialx version="1.39">
+  <open_pbr_surface name="s" type="surfaceshader">
+    <input name="base_diffuse_roughness" type="float" value="0.4"/>
+    <input name="base_metalness" type="float" value="0.3"/>
+    <input name="specular_roughness_anisotropy" type="float" value="0.5"/>
+    <input name="transmission_weight" type="float" value="0.2"/>
+    <input name="subsurface_weight" type="float" value="0.3"/>
+    <input name="coat_weight" type="float" value="0.7"/>
+    <input name="fuzz_weight" type="float" value="0.4"/>
+    <input name="thin_film_weight" type="float" value="0.5"/>
+    <input name="emission_luminance" type="float" value="1"/>
+  </open_pbr_surface>
+  <surfacematerial name="m" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="s"/>
+  </surfacematerial>
+</materialx>
+"""
+
+
+def surface() -> None:
+    """Seconds and memory that the reference takes for 100,000 samples of a whole surface model, on one processor."""
+    for every in (False, True):
+        code = f"import sys; sys.path[:0] = ['benchmarks']; import run; run.evaluate_surface({every})"
+        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+        subprocess.run([sys.executable, "-c", code], check=True, cwd=REPOSITORY, env=environment)
+
+
+def evaluate_surface(every_lobe: bool) -> None:
+    """Print the figures of this process, which evaluates nothing else."""
+    import resource
+
+    import MaterialX as mx
+
+    from mrm_mtlx.bsdf import blocks
+    from mrm_mtlx.library import load_library
+    from mrm_mtlx.reference import Surface
+    from mrm_mtlx.validation import sampling
+
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    count = 100_000
+    text = OPEN_PBR if every_lobe else "".join(l for l in OPEN_PBR.splitlines() if "value=" not in l)
+    document = mx.createDocument()
+    mx.readFromXmlString(document, text)
+    document.setDataLibrary(load_library().document)
+    rng = np.random.default_rng(0)
+    points = sampling.shading_points(rng, *sampling.sample_local(rng, count))
+    model = Surface(document.getNode("m"))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    best = best_time(lambda: model.shade(points), 3)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    lobes = "every lobe on" if every_lobe else "as it is by default"
+    print(
+        f"surface: open_pbr_surface, {lobes}, {count} samples, {blocks.processors()} processor: {best:.2f} s, "
+        f"{peak:.0f} MB in all ({before:.0f} MB before)"
+    )
 
 
 def gl() -> None:
@@ -130,7 +190,7 @@ def _timed(command: list[str]) -> float:
         shutil.rmtree(cache)
 
 
-BENCHMARKS = {"oracle": oracle, "gl": gl, "validate": validate}
+BENCHMARKS = {"oracle": oracle, "surface": surface, "gl": gl, "validate": validate}
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["floor"]:

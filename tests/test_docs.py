@@ -20,6 +20,7 @@ PAGES = (
     "docs/development.md",
     "docs/comparison.md",
     "docs/osl.md",
+    "docs/reference.md",
     "materials/README.md",
 )
 
@@ -32,6 +33,8 @@ COMMANDS = {
     "python3 -m venv .venv && . .venv/bin/activate": "(tests/test_wheel.py sets up an environment)",
     "pip install -e '.[dev]'": "(tests/test_wheel.py installs)",
     "mrm doctor": None,
+    "mrm doctor --coverage": None,
+    "mrm validate materials/ --retro-sweep": "mrm validate materials/ --retro-sweep --samples 256 --target glsl",
     "pytest": "(this is the run)",
     "ruff check . && ruff format --check .": "(.ci/run)",
     "mypy": "(.ci/run)",
