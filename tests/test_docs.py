@@ -95,6 +95,17 @@ def test_the_snippet_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> N
     assert [round(x) for x in values] == [477, 477, 477]
 
 
+def test_the_snippet_of_the_reference_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (REPOSITORY / "docs/reference.md").read_text(encoding="utf-8")
+    (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(snippet, "reference.md", "exec"), {})
+    lit, around = (
+        [float(x) for x in re.findall(r"[\d.]+", line)] for line in capsys.readouterr().out.strip().splitlines()
+    )
+    assert min(lit) > 0.8 / 3.2  # more than a white diffuser's 0.8 / pi, by its highlights
+    assert 0.5 < min(around) <= max(around) <= 1.0
+
+
 def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from mrm_mtlx.library import install_library
 

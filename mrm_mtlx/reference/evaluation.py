@@ -19,6 +19,7 @@ from mrm_mtlx.reference.graph import (
     binding,
     color_transform,
     defining_graph,
+    interface_input,
     source,
 )
 from mrm_mtlx.reference.models import SAME_MODEL
@@ -194,11 +195,9 @@ class Evaluation:
             return scope.values[name]
         outer_node = scope.node
         if outer_node is None:  # a graph of the document itself: the interface input carries the value
-            interface = given.getInterfaceInput()
+            interface = interface_input(given)
             found = source(interface, scope)
-            if found is not None:
-                return self.node_value(*found, light)
-            return self._constant(interface, interface, light)
+            return self._default(interface, light) if found is None else self.node_value(*found, light)
         return self.input_value(outer_node, outer_node.getNodeDef(), name, scope.outer or Scope(), light)
 
     def _default(self, declared: Any, light: Light) -> Value | None:

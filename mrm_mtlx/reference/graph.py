@@ -58,9 +58,22 @@ def source(element: Any, scope: Scope) -> tuple[Any, str, Scope] | None:
 def binding(element: Any, scope: Scope) -> str | None:
     """The interface name that an input takes its value from, or None."""
     name = str(element.getInterfaceName())
-    if not name or (scope.node is None and not scope.values and element.getInterfaceInput() is None):
+    if not name or (scope.node is None and not scope.values and interface_input(element) is None):
         return None
     return name
+
+
+def interface_input(element: Any) -> Any:
+    """What gives the value of an input with an interface name, where nothing uses its graph, or None.
+
+    The graph's own input, or that of the node definition which the graph implements.
+    """
+    given = element.getInterfaceInput()
+    if given is not None:
+        return given
+    graph = element.getParent().getParent()
+    definition = graph.getNodeDef() if graph is not None and graph.isA(mx.NodeGraph) else None
+    return None if definition is None else definition.getActiveInput(element.getInterfaceName())
 
 
 def defining_graph(definition: Any) -> Any:
