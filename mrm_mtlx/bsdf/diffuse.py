@@ -1,6 +1,6 @@
-"""Rough diffuse reflection (Oren and Nayar), as MaterialX's node has it, in 1/sr without the cosine.
+"""Rough diffuse reflection (Oren and Nayar; Burley), as MaterialX's nodes have it, in 1/sr without the cosine.
 
-Directions enter by their cosines alone: n.v, n.l and l.v, each in (0, 1].
+Directions enter by their cosines alone: n.v, n.l, l.v and l.h, each in (0, 1].
 """
 
 from __future__ import annotations
@@ -103,3 +103,31 @@ def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike, *, arccos_error: fl
     angle = np.arccos(np.clip(c, -1.0, 1.0)) * (1.0 + arccos_error)
     g = sine * (angle - sine * c) + 2.0 * (sine / c * (1.0 - sine**3) - sine) / 3.0
     return np.asarray(a * (1.0 + r * g / np.pi))
+
+
+def burley(cos_v: ArrayLike, cos_l: ArrayLike, l_h: ArrayLike, roughness: ArrayLike) -> Array:
+    """Diffuse model of unit colour (Burley 2012, section 5.3), shape (...).
+
+        f = (1 + (F90 - 1) (1 - n.l)^5) (1 + (F90 - 1) (1 - n.v)^5) / pi        F90 = 1/2 + 2 roughness (l.h)^2
+
+    Reflects more than it receives at grazing incidence of a rough surface, as published.
+
+    Examples
+    --------
+    >>> round(float(burley(1.0, 1.0, 1.0, 0.5) * np.pi), 12)
+    1.0
+    """
+    rise = 2.0 * np.asarray(roughness, dtype=float) * np.square(np.asarray(l_h, dtype=float)) - 0.5
+    towards_l, towards_v = (1.0 + rise * (1.0 - np.asarray(c, dtype=float)) ** 5 for c in (cos_l, cos_v))
+    return np.asarray(towards_l * towards_v / np.pi)
+
+
+def burley_albedo_fit(cos_v: ArrayLike, roughness: ArrayLike) -> Array:
+    """Directional albedo of `burley`, a curve fit by Stephen Hill (MaterialX 1.39.5), shape (...).
+
+    Linear in the roughness between a + b (1 - c)^5 and a cubic in c = n.v.
+    """
+    c, r = np.asarray(cos_v, dtype=float), np.asarray(roughness, dtype=float)
+    smooth = 0.97619 - 0.488095 * (1.0 - c) ** 5
+    rough = 1.55754 + c * (-2.02221 + c * (2.56283 - 1.06244 * c))
+    return np.asarray(smooth * (1.0 - r) + rough * r)

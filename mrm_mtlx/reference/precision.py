@@ -1,6 +1,7 @@
 """How far float32 shaders may be off in the quantities that cancel, from the precisions that GLSL and Vulkan state.
 
-Each function gives the error of one quantity per unit of `rounding.ROUNDING_FACTOR`, which multiplies every move.
+Errors are given per unit of `rounding.ROUNDING_FACTOR`, which multiplies every move; those for `widened`, which divides
+by it, in full.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from mrm_mtlx.bsdf.lobes import Rounding
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from mrm_mtlx.bsdf.arrays import Array
 
 # Relative error of acos: 4096 ulp (an ulp is two units), by Vulkan 1.3, "Precision and Operation of SPIR-V
@@ -28,6 +31,12 @@ ROOT_ERROR = 8.0 * UNIT / ROUNDING_FACTOR
 # arguments 1.6e-5 was measured (tests/engines/test_osl_measure.py measures it again), and three quarters more are
 # allowed.
 FAST_EXPONENTIAL = 2.8e-5
+
+# In full, for `widened`. An ulp is two units. Of sin and cos Vulkan 1.3 (as above) bounds the absolute error, for
+# arguments in [-pi, pi]; beyond, nothing is stated and the same is taken. That of atan2, asin and acos is relative.
+ULP = 2.0 * UNIT
+SINE_ERROR = 2.0**-11
+ARCTANGENT_ERROR = 4096.0 * ULP
 
 # By the name of the moved part, see rounding.PARTS.
 ROUNDINGS = {"modulus": Rounding(modulus=ROOT_ERROR), "product": Rounding(product=ROOT_ERROR)}
@@ -69,3 +78,43 @@ def power_error(base: Array, exponent: Array, *, fast: bool) -> Array:
         relative = np.log(2.0) * exponent * (2.0**-21) + (3.0 + 2.0 * argument + 3.0 * argument) * 2.0 * UNIT
         power = np.maximum(base, 0.0) ** exponent
     return np.asarray(power * (relative + (FAST_EXPONENTIAL if fast else 0.0)) / ROUNDING_FACTOR)
+
+
+def widened(function: Callable[..., Array], **errors: Array | float) -> Array:
+    """A result moved by what errors of intermediate quantities may do to it, per unit of `ROUNDING_FACTOR`.
+
+    Each quantity is taken to either edge of its error, in full, since the result may bend within it; the larger
+    movements of all are added, so that none cancels another. Always moved up: what errs together must not look as if it
+    cancelled.
+
+    Parameters
+    ----------
+    function
+        Takes displacements of its intermediate results by name, all 0 by default; called with one of them at a time.
+    errors
+        Largest errors of the quantities, by the name of the displacement.
+
+    Examples
+    --------
+    >>> float(widened(lambda x=0.0: 1.0 - (2.0 + x) ** 2, x=0.5)) * ROUNDING_FACTOR == -3.0 * ROUNDING_FACTOR + 2.25
+    True
+    """
+    exact = function()
+    moved = np.zeros(np.shape(exact))
+    for name, error in errors.items():
+        to_edges = (np.abs(function(**{name: edge}) - exact) for edge in (error, -np.asarray(error)))
+        moved = moved + np.maximum(*to_edges)
+    return np.asarray(exact + moved / ROUNDING_FACTOR)
+
+
+def exponential_error(argument: Array) -> Array:
+    """Relative error of exp, in full: 3 + 2 |argument| ulp (GLSL 4.60, section 4.7.1)."""
+    return np.asarray((3.0 + 2.0 * np.abs(argument)) * ULP)
+
+
+def logarithm_error(argument: Array) -> Array:
+    """Absolute error of log, in full: 3 ulp outside [0.5, 2], 2^-21 inside (GLSL 4.60, section 4.7.1)."""
+    argument = np.asarray(argument, dtype=float)
+    inside = (argument >= 0.5) & (argument <= 2.0)
+    safe = np.maximum(argument, np.finfo(np.float32).tiny)
+    return np.where(inside, 2.0**-21, 3.0 * ULP * np.abs(np.log(safe)))

@@ -15,9 +15,12 @@ Arrays: directions, colours and frames have the component first, shape (3, sampl
 """
 
 from mrm_mtlx.reference.closures.combine import add, layer, layer_medium, mix, multiply
-from mrm_mtlx.reference.closures.diffuse import oren_nayar
+from mrm_mtlx.reference.closures.diffuse import burley, oren_nayar, subsurface, translucent
+from mrm_mtlx.reference.closures.hair import Fibre, chiang_hair
 from mrm_mtlx.reference.closures.light import EPSILON, Closure, Environment, Light, Mode, nothing, opaque
+from mrm_mtlx.reference.closures.medium import absorbing
 from mrm_mtlx.reference.closures.microfacet import Facets, conductor, dielectric, generalized_schlick
+from mrm_mtlx.reference.closures.sheen import sheen
 from mrm_mtlx.reference.models import Model
 
 __all__ = [
@@ -25,10 +28,14 @@ __all__ = [
     "Closure",
     "Environment",
     "Facets",
+    "Fibre",
     "Light",
     "Mode",
     "Model",
+    "absorbing",
     "add",
+    "burley",
+    "chiang_hair",
     "conductor",
     "dielectric",
     "generalized_schlick",
@@ -39,4 +46,7 @@ __all__ = [
     "nothing",
     "opaque",
     "oren_nayar",
+    "sheen",
+    "subsurface",
+    "translucent",
 ]

@@ -7,12 +7,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import diffuse
+from mrm_mtlx.bsdf.subsurface import diffusion_profile
 from mrm_mtlx.reference import precision
-from mrm_mtlx.reference.closures.light import EPSILON, Closure, Light, Mode, cosine, environment, facing, opaque
-from mrm_mtlx.reference.models import Model
+from mrm_mtlx.reference.closures.light import (
+    EPSILON,
+    Closure,
+    Light,
+    Mode,
+    cosine,
+    dot,
+    environment,
+    facing,
+    opaque,
+    unit,
+)
+from mrm_mtlx.reference.precision import ARCTANGENT_ERROR, SINE_ERROR, exponential_error, widened
+from mrm_mtlx.reference.rounding import ROUNDING_FACTOR
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
+
+# The sphere over which light diffuses has the surface's curvature, or this radius where it is flatter; and into so many
+# steps its circumference is divided.
+_FLAT_RADIUS = 100.0
+_STEPS = 32
+# Mean free paths are taken to be at least so long.
+_SHORTEST_PATH = 0.1
 
 
 def oren_nayar(
@@ -33,7 +53,77 @@ def oren_nayar(
         plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
         compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color, arccos_error=arccos_error)
         seen = np.where(energy_compensation, compensated, plain) * cos_l
-    # Cycles has an Oren-Nayar model of its own, neither of these two; without roughness all are Lambert's.
-    other = light.model is Model.CLOSURES and np.any(roughness != 0.0)
-    foreign = frozenset({"rough oren_nayar_diffuse_bsdf"} if other else ())
-    return Closure(np.where(weight >= EPSILON, seen * weight, 0.0), np.zeros((3, 1)), foreign)
+    return _weighted(seen, weight)
+
+
+def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: Array) -> Closure:
+    """`burley_diffuse_bsdf`; throughput 0."""
+    if light.mode is Mode.TRANSMISSION:
+        return opaque(np.zeros((3, 1)))
+    n = facing(normal, light.v)
+    cos_v = cosine(n, light.v)
+    if light.mode is Mode.INDIRECT:
+        return _weighted(environment(light).irradiance(n) * diffuse.burley_albedo_fit(cos_v, roughness) * color, weight)
+    cos_l, l_h = cosine(n, light.l), cosine(light.l, unit(light.l + light.v))
+    return _weighted(color * diffuse.burley(cos_v, cos_l, l_h, roughness) * cos_l, weight)
+
+
+def translucent(light: Light, weight: Array, color: Array, normal: Array) -> Closure:
+    """`translucent_bsdf`, diffuse light from the other side; throughput 0.
+
+    The other side is that of the normal and not of the viewer: seen from behind, it reflects what it should let
+    through.
+    """
+    if light.mode is Mode.TRANSMISSION:
+        return opaque(np.zeros((3, 1)))
+    if light.mode is Mode.INDIRECT:
+        return _weighted(environment(light).irradiance(-normal) * color, weight)
+    return _weighted(color * np.clip(dot(-normal, light.l), 0.0, 1.0) / np.pi, weight)
+
+
+def subsurface(light: Light, weight: Array, color: Array, radius: Array, normal: Array) -> Closure:
+    """`subsurface_bsdf` of a flat surface; throughput 0.
+
+    Diffusion over a sphere instead of transport through the volume; in surroundings, plain diffuse reflection.
+    """
+    if light.mode is Mode.TRANSMISSION:
+        return opaque(np.zeros((3, 1)))
+    n = facing(normal, light.v)
+    if light.mode is Mode.INDIRECT:
+        return _weighted(environment(light).irradiance(n) * color, weight)
+    return _weighted(color * _diffused_cosine(light, dot(n, light.l), np.maximum(radius, _SHORTEST_PATH)), weight)
+
+
+def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
+    """Cosine of the light over pi, diffused about a great circle of the sphere, shape (3, samples).
+
+        sum over x of  R(d(x)) max(cos(theta + x), 0)  /  (pi sum over x of  R(d(x)))         d the chord of the arc x
+
+    over the middles of the steps (after Penner 2011, "Pre-integrated skin shading", with another profile).
+    """
+    theta = np.arccos(np.clip(cos_l, -1.0, 1.0))
+    arcs = (np.arange(_STEPS) + 0.5) * (2.0 * np.pi / _STEPS) - np.pi
+    chords = 2.0 * _FLAT_RADIUS * np.abs(np.sin(0.5 * arcs))
+    weights = [diffusion_profile(chord, 1.0 / path) for chord in chords]
+    total = sum(weights)
+
+    def mean(angle: Array | float = 0.0) -> Array:
+        lit = [np.maximum(np.cos(theta + angle + arc), 0.0) for arc in arcs]
+        return np.asarray(sum(w * c for w, c in zip(weights, lit, strict=True)) / (total * np.pi))
+
+    if light.part != "functions":
+        return mean()
+    # Of the steps, each on its own: the cosine, and the weight through the chord's sine and the profile's exponentials,
+    # of which the slower one matters. A weight counts by how far its cosine is from the mean of all.
+    exact = mean() * np.pi
+    moved = np.zeros_like(exact)
+    for arc, chord, weight in zip(arcs, chords, weights, strict=True):
+        nearer = diffusion_profile(chord * (1.0 - SINE_ERROR / np.abs(np.sin(0.5 * arc))), 1.0 / path)
+        off = nearer - weight + weight * exponential_error(1.0 + chord / (3.0 * path))
+        moved = moved + weight * SINE_ERROR + off * np.abs(np.maximum(np.cos(theta + arc), 0.0) - exact)
+    by_angle = widened(mean, angle=ARCTANGENT_ERROR * theta)
+    return by_angle + moved / (total * np.pi * ROUNDING_FACTOR)
+
+
+def _weighted(seen: Array, weight: Array) -> Closure:
+    return opaque(np.where(weight >= EPSILON, seen * weight, 0.0))

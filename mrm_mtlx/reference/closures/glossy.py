@@ -15,9 +15,11 @@ import numpy as np
 
 from mrm_mtlx.bsdf import ggx
 from mrm_mtlx.reference.closures.light import EPSILON, Environment, dot, unit
+from mrm_mtlx.reference.precision import SINE_ERROR
+from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from mrm_mtlx.bsdf.arrays import Array
 
@@ -31,16 +33,21 @@ def reflected_radiance(
     alpha_x: Array,
     alpha_y: Array,
     reflectance: Callable[[Array], Array],
+    part: str = "",
 ) -> Array:
-    """Radiance that a lobe reflects to v, shape (3, samples); `frame` is tangent, bitangent, normal, in world space."""
+    """Radiance that a lobe reflects to v, shape (3, samples); `frame` is tangent, bitangent, normal, in world space.
+
+    `part` is the moved part of the evaluation, see `rounding.Move`.
+    """
     local, cos_v, alpha, g1 = _prepare(v, frame, alpha_x, alpha_y)
-    total = np.zeros((3, 1))
-    for m in _visible_normals(local, alpha_x, alpha_y, environment.samples):
+
+    def reflected(m: Array) -> Array:
         l = 2.0 * dot(local, m) * m - local
         g2 = ggx.masking_shadowing_isotropic(cos_v, np.clip(l[2], EPSILON, 1.0), alpha)
         f = reflectance(np.clip(dot(local, m), EPSILON, 1.0))
-        total = total + environment.radiance(_to_world(l, frame)) * f * g2
-    return np.asarray(total / (g1 * max(environment.samples, 1)))
+        return np.asarray(environment.radiance(_to_world(l, frame)) * f * g2)
+
+    return _mean(reflected, local, alpha_x, alpha_y, environment.samples, part) / g1
 
 
 def refracted_radiance(
@@ -51,15 +58,17 @@ def refracted_radiance(
     alpha_y: Array,
     reflectance: Callable[[Array], Array],
     ior: Array | float,
+    part: str = "",
 ) -> Array:
     """Radiance that comes to v through a solid sphere, shape (3, samples): each facet lets 1 - F through, unmasked."""
     local, _, _, g1 = _prepare(v, frame, alpha_x, alpha_y)
-    total = np.zeros((3, 1))
-    for m in _visible_normals(local, alpha_x, alpha_y, environment.samples):
+
+    def refracted(m: Array) -> Array:
         l = through_sphere(-local, m, ior)
         f = reflectance(np.clip(dot(local, m), EPSILON, 1.0))
-        total = total + environment.radiance(_to_world(l, frame)) * (1.0 - f)
-    return np.asarray(total / (g1 * max(environment.samples, 1)))
+        return np.asarray(environment.radiance(_to_world(l, frame)) * (1.0 - f))
+
+    return _mean(refracted, local, alpha_x, alpha_y, environment.samples, part) / g1
 
 
 def refract(incident: Array, n: Array, eta: Array | float) -> Array:
@@ -91,16 +100,33 @@ def _prepare(
     return local, cos_v, alpha, np.asarray(2.0 / (1.0 + np.sqrt(1.0 + alpha * alpha * squared_tangent)))
 
 
-def _visible_normals(v: Array, alpha_x: Array, alpha_y: Array, count: int) -> Iterator[Array]:
-    """Facet normals of GGX as seen from v, in the local frame: points of spherical caps (Dupuy and Benyoub 2023)."""
+def _mean(
+    term: Callable[[Array], Array], v: Array, alpha_x: Array, alpha_y: Array, count: int, part: str
+) -> Array | float:
+    """Mean of what facets of GGX as seen from v show, by their normals in the local frame; of none, 0.
+
+    Normals are drawn from spherical caps (Dupuy and Benyoub 2023) at Fibonacci's points.
+    """
     stretched = unit(np.stack([v[0] * alpha_x, v[1] * alpha_y, v[2]]))
-    for index in range(count):
-        phi = 2.0 * np.pi * (index + 0.5) / count
-        u = (index + 1.0) * _GOLDEN_RATIO % 1.0
+
+    def at(cos_phi: float, sin_phi: float, u: float) -> Array:
         z = (1.0 - u) * (1.0 + stretched[2]) - stretched[2]
         radius = np.sqrt(np.clip(1.0 - z * z, 0.0, 1.0))
-        cap = np.stack([radius * np.cos(phi), radius * np.sin(phi), z]) + stretched
-        yield unit(np.stack([cap[0] * alpha_x, cap[1] * alpha_y, np.maximum(cap[2], 0.0)]))
+        cap = np.stack([radius * cos_phi, radius * sin_phi, z]) + stretched
+        return term(unit(np.stack([cap[0] * alpha_x, cap[1] * alpha_y, np.maximum(cap[2], 0.0)])))
+
+    total = np.zeros(())
+    for index in range(count):
+        phi = 2.0 * np.pi * (index + 0.5) / count
+        turns = (index + 1.0) * _GOLDEN_RATIO
+        point = np.array([np.cos(phi), np.sin(phi), turns % 1.0])
+        value = at(*point)
+        total = total + value
+        if part == "functions":
+            # Besides the built-in functions, the fraction: what is left of a number that has been rounded twice.
+            for error in np.diag([SINE_ERROR, SINE_ERROR, 2.0 * UNIT * turns]):
+                total = total + np.abs(at(*(point + error)) - value) / ROUNDING_FACTOR
+    return total / max(count, 1)
 
 
 def _to_world(a: Array, frame: tuple[Array, Array, Array]) -> Array:

@@ -6,6 +6,7 @@ Each says what its interface reflects (`_Interface`); the lobe around it is the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -158,7 +159,8 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     if light.part == "albedo" and light.model is Model.HARDWARE:
         a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
     h = unit(v + light.l) if light.mode is Mode.REFLECTION else None
-    f = _moved_reflectance(light, facets, interface, cos_v if h is None else cosine(v, h))
+    reflectance = partial(_moved_reflectance, light, facets, interface)
+    f = reflectance(cos_v if h is None else cosine(v, h))
     compensation = albedo.compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
 
     x = unit(facets.tangent - dot(facets.tangent, n) * n)
@@ -167,11 +169,11 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
         response = f * compensation * _distributed(light, v, h, cos_v, (x, y, n), (alpha_x, alpha_y))
     elif light.mode is Mode.INDIRECT:
         at = environment(light)
-        response = compensation * reflected_radiance(at, v, (x, y, n), alpha_x, alpha_y, interface.reflectance)
+        response = compensation * reflected_radiance(at, v, (x, y, n), alpha_x, alpha_y, reflectance, light.part)
     elif facets.scatter_mode == "R":
         response = np.zeros((3, 1))
     else:
-        at, turn = environment(light), (interface.reflectance, interface.ior)
+        at, turn = environment(light), (reflectance, interface.ior, light.part)
         response = interface.tint * refracted_radiance(at, v, (x, y, n), alpha_x, alpha_y, *turn)
 
     lost = interface.white(a, b) * compensation

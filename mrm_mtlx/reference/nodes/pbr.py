@@ -1,4 +1,4 @@
-"""Nodes of the physically based library: closures, and the numbers that artists give them by."""
+"""Nodes of the physically based library: BSDFs and VDFs, how they are put together, and surface shaders."""
 
 from __future__ import annotations
 
@@ -56,6 +56,52 @@ def _oren_nayar(inputs: Inputs) -> Value:
     return closures.oren_nayar(inputs.light, *(inputs.array(name) for name in names))
 
 
+@node("ND_burley_diffuse_bsdf")
+def _burley(inputs: Inputs) -> Value:
+    return closures.burley(inputs.light, *(inputs.array(name) for name in ("weight", "color", "roughness", "normal")))
+
+
+@node("ND_translucent_bsdf")
+def _translucent(inputs: Inputs) -> Value:
+    return closures.translucent(inputs.light, *(inputs.array(name) for name in ("weight", "color", "normal")))
+
+
+@node("ND_subsurface_bsdf")
+def _subsurface(inputs: Inputs) -> Value:
+    """The anisotropy is ignored by the hardware targets."""
+    return closures.subsurface(inputs.light, *(inputs.array(name) for name in ("weight", "color", "radius", "normal")))
+
+
+@node("ND_sheen_bsdf")
+def _sheen(inputs: Inputs) -> Value:
+    numbers = (inputs.array(name) for name in ("weight", "color", "roughness", "normal"))
+    return closures.sheen(inputs.light, inputs.text("mode"), *numbers)
+
+
+@node("ND_chiang_hair_bsdf")
+def _hair(inputs: Inputs) -> Value:
+    fibre = closures.Fibre(
+        tint_r=inputs.array("tint_R"),
+        tint_tt=inputs.array("tint_TT"),
+        tint_trt=inputs.array("tint_TRT"),
+        ior=inputs.array("ior"),
+        roughness_r=inputs.array("roughness_R"),
+        roughness_tt=inputs.array("roughness_TT"),
+        roughness_trt=inputs.array("roughness_TRT"),
+        cuticle_angle=inputs.array("cuticle_angle"),
+        absorption=inputs.array("absorption_coefficient"),
+        normal=inputs.array("normal"),
+        direction=inputs.array("curve_direction"),
+    )
+    return closures.chiang_hair(inputs.light, fibre)
+
+
+@node("ND_anisotropic_vdf")
+def _medium(inputs: Inputs) -> Value:
+    """What scatters, and in which directions, is ignored by the hardware targets."""
+    return closures.absorbing(inputs.light, inputs.array("absorption"))
+
+
 @node("ND_layer_bsdf")
 def _layer(inputs: Inputs) -> Value:
     return closures.layer(inputs.closure("top"), inputs.closure("base"), inputs.light.model)
@@ -110,25 +156,3 @@ def _mix_shader(inputs: Inputs) -> Value:
         back.transparency * (1.0 - amount) + front.transparency * amount,
         back.foreign | front.foreign,
     )
-
-
-@node("ND_roughness_anisotropy")
-def _roughness_anisotropy(inputs: Inputs) -> Value:
-    """alpha = roughness^2, stretched by the aspect sqrt(1 - anisotropy) (Burley 2012, section 5.4)."""
-    roughness, anisotropy = inputs.array("roughness"), inputs.array("anisotropy")
-    alpha = np.clip(roughness * roughness, closures.EPSILON, 1.0)
-    aspect = np.sqrt(1.0 - np.clip(anisotropy, 0.0, 0.98))
-    stretched = anisotropy > 0.0
-    alpha_x = np.where(stretched, np.minimum(alpha / aspect, 1.0), alpha)
-    alpha_y = np.where(stretched, alpha * aspect, alpha)
-    return np.stack([np.atleast_1d(alpha_x), np.atleast_1d(alpha_y)])  # (2, 1) and not (2,), which would be two samples
-
-
-@node("ND_artistic_ior")
-def _artistic_ior(inputs: Inputs) -> dict[str, Value]:
-    """Complex index from reflectance and edge tint (Gulbrandsen 2014, "Artist Friendly Metallic Fresnel")."""
-    r, edge = np.clip(inputs.array("reflectivity"), 0.0, 0.99), inputs.array("edge_color")
-    root = np.sqrt(r)
-    ior = (1.0 + root) / (1.0 - root) * (1.0 - edge) + (1.0 - r) / (1.0 + r) * edge
-    squared = (np.square(ior + 1.0) * r - np.square(ior - 1.0)) / (1.0 - r)
-    return {"ior": ior, "extinction": np.sqrt(np.maximum(squared, 0.0))}
