@@ -121,8 +121,10 @@ class Surface:
         exact = self._evaluation(points, illumination, EXACT)
         expected = self._result(exact)
         allowed = OUTPUT_ROUNDINGS * UNIT * np.abs(expected) + SMALLEST
-        # Where a comparison or a floor differs from sample to sample, roundings may tip it to either side.
-        for move in (*moves(self._model), *(opposite_moves() if exact.discrete.varying else ())):
+        chosen = [move for move in moves(self._model) if illumination.light or np.ndim(move.light) == 0]
+        if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
+            chosen += opposite_moves()
+        for move in chosen:
             moved = self._color(points, illumination, move, exact.discrete)
             allowed = allowed + move.factor * np.abs(moved - expected)
         return expected, allowed

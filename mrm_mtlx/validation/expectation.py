@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.validation.comparison import Comparison
 
 # Surroundings of one colour, no two channels alike: what a lobe shows of them is its albedo, and what it lets through.
-_SURROUNDINGS = (0.9, 0.7, 0.4)
+# In ESSL, MaterialX's samplers have the language's default precision, lowp, which holds these numbers exactly.
+_SURROUNDINGS = (1.0, 0.75, 0.5)
 # Directions by which the light of the surroundings on a glossy lobe is estimated; each costs as much as a sample under
 # one light, so there are as many samples fewer.
 _DIRECTIONS = 16
