@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ from mrm_mtlx.reference.closures.light import (
     opaque,
     unit,
 )
+from mrm_mtlx.reference.models import Model
 from mrm_mtlx.reference.precision import ARCTANGENT_ERROR, SINE_ERROR, exponential_error, widened
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR
 
@@ -53,7 +55,9 @@ def oren_nayar(
         plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
         compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color, arccos_error=arccos_error)
         seen = np.where(energy_compensation, compensated, plain) * cos_l
-    return _weighted(seen, weight)
+    # Cycles has an Oren-Nayar model of its own, neither of these two; without roughness all are Lambert's.
+    other = light.model is Model.CLOSURES and np.any(roughness != 0.0)
+    return replace(_weighted(seen, weight), foreign=frozenset({"rough oren_nayar_diffuse_bsdf"} if other else ()))
 
 
 def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: Array) -> Closure:
