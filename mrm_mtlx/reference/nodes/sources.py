@@ -1,23 +1,54 @@
-"""Where values come from: constants and geometric properties."""
+"""Where values come from: constants, geometric properties, the application; and what passes them on."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.reference.nodes.registry import node
+import numpy as np
+
+from mrm_mtlx.reference.nodes.tables import CHANNELS, MATRICES, define, vector
 
 if TYPE_CHECKING:
-    from mrm_mtlx.reference.nodes.registry import Inputs, Value
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.nodes.registry import Inputs
+    from mrm_mtlx.reference.nodes.tables import Table
 
-_CONSTANTS = ("float", "color3", "color4", "vector2", "vector3", "vector4", "boolean", "integer")
+_VALUES: Table = {
+    "constant": lambda value: value,
+    "dot": lambda in_: in_,
+}
+define(_VALUES, (*CHANNELS, "boolean", "integer", *MATRICES))
+
+_OF_TEXTS: Table = {
+    "constant": lambda inputs: inputs.text("value"),
+    "dot": lambda inputs: inputs.text("in"),
+    "geompropvalueuniform": lambda inputs: inputs.text("default"),  # samples have numbers alone
+}
+define(_OF_TEXTS, ("string", "filename"))
+
+define({"dot": lambda inputs: inputs.shader("in")}, ("surfaceshader",))
 
 
-@node(*(f"ND_constant_{kind}" for kind in _CONSTANTS))
-def _constant(inputs: Inputs) -> Value:
-    return inputs.array("value")
-
-
-@node(*(f"ND_geompropvalue_{kind}" for kind in ("float", "color3", "vector2", "vector3", "integer", "boolean")))
-def _geometric_property(inputs: Inputs) -> Value:
+def _property(inputs: Inputs) -> Array:
     name = inputs.text("geomprop")
     return inputs.properties[name] if name in inputs.properties else inputs.array("default")
+
+
+# An evaluation rounds properties like any number; whole ones stay whole.
+define({"geompropvalue": _property}, CHANNELS)
+define({"geompropvalue": lambda inputs: np.round(_property(inputs))}, ("integer",))
+define({"geompropvalue": lambda inputs: np.not_equal(_property(inputs), 0.0)}, ("boolean",))
+
+# Vertices are white in the engines, and every set of texture coordinates is the same.
+define({"geomcolor": lambda: np.asarray(1.0)}, ("float",))
+define({"geomcolor": lambda: np.ones((3, 1))}, ("color3",))
+define({"geomcolor": lambda: np.ones((4, 1))}, ("color4",))
+define({"texcoord": lambda inputs: inputs.frame["UV0"]}, ("vector2",))
+define({"texcoord": lambda inputs: vector(*inputs.frame["UV0"], np.asarray(0.0))}, ("vector3",))
+
+# The specification's defaults, for hosts that have no frames.
+_APPLICATION: Table = {
+    "frame": lambda: np.asarray(1.0),
+    "time": lambda: np.asarray(0.0),
+}
+define(_APPLICATION, ("float",))
