@@ -18,6 +18,7 @@ from mrm_mtlx.reference.graph import (
     Scope,
     binding,
     color_transform,
+    connected_node,
     defining_graph,
     interface_input,
     source,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.reference.nodes import Value
     from mrm_mtlx.reference.points import ShadingPoints
 
@@ -75,10 +77,12 @@ class Evaluation:
     model: Model = Model.HARDWARE
     illumination: Illumination = LIGHT
     images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None
+    deviations: frozenset[Deviation] = frozenset()
     exact: Discrete | None = None
     discrete: Discrete = field(default_factory=Discrete)
     lobes: list[Facets] = field(default_factory=list)
     used: set[str] = field(default_factory=set)  # geometry, by the names of `frame` and of properties
+    met: set[Deviation] = field(default_factory=set)  # where MaterialX's code may deviate
 
     def __post_init__(self) -> None:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
@@ -288,6 +292,20 @@ class _NodeInputs:
     def discrete(self, value: Array) -> Array:
         self._settled += 1
         return self.evaluation.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
+
+    @property
+    def inside_graph(self) -> bool:
+        return self.scope.node is not None
+
+    def is_weighted(self, name: str) -> bool:
+        given = self.node.getInput(name)
+        node = None if given is None else connected_node(given)
+        definition = None if node is None else node.getNodeDef()
+        return definition is not None and definition.getActiveInput("weight") is not None
+
+    def deviates(self, deviation: Deviation) -> bool:
+        self.evaluation.met.add(deviation)
+        return deviation in self.evaluation.deviations
 
     def note(self, facets: Facets) -> None:
         self.evaluation.lobes.append(facets)

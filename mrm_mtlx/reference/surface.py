@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.reference.nodes import Value
 
 
@@ -38,11 +39,14 @@ class Traits:
         What of its response OSL's renderers have as another model; empty for `Model.HARDWARE`.
     geometry
         What of the shading frame (see `nodes.Inputs.frame`) and of geometric properties it depends on.
+    deviations
+        Where MaterialX's code may deviate from the specification.
     """
 
     lobes: list[Facets]
     foreign: frozenset[str]
     geometry: frozenset[str]
+    deviations: frozenset[Deviation]
 
 
 class Surface:
@@ -54,6 +58,8 @@ class Surface:
         A material, or an output or node of type surfaceshader, in a document whose data library is set.
     model
         Whose microfacet lobes: those of the hardware targets, or of OSL's closures.
+    deviations
+        Known deviations of MaterialX's code from its specification that are to be followed; by default, none is.
     images
         Function from a file's name, as the document resolves it, to its pixels, shape (height, width, channels), row 0
         at the top; None where there is no such image.
@@ -71,10 +77,12 @@ class Surface:
         element: Any,
         model: Model = Model.HARDWARE,
         images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None,
+        deviations: frozenset[Deviation] = frozenset(),
     ) -> None:
         self._element = element
         self._model = model
         self._images = images
+        self._deviations = deviations
         self._document = element.getDocument()  # elements do not keep their document alive
         self._root = shader_node(element)
         survey = Survey()
@@ -103,7 +111,7 @@ class Surface:
         evaluation = self._evaluation(points, LIGHT, EXACT)
         value = self._value(evaluation)
         foreign = value.foreign if isinstance(value, ShaderValue) else frozenset()
-        return Traits(evaluation.lobes, foreign, frozenset(evaluation.used))
+        return Traits(evaluation.lobes, foreign, frozenset(evaluation.used), frozenset(evaluation.met))
 
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.
@@ -133,7 +141,7 @@ class Surface:
         self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Discrete | None = None
     ) -> Evaluation:
         moved = points.moved(move.view, move.light)
-        return Evaluation(moved, move, self._model, illumination, self._images, exact)
+        return Evaluation(moved, move, self._model, illumination, self._images, self._deviations, exact)
 
     def _color(
         self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Discrete | None = None

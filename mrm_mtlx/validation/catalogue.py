@@ -273,6 +273,15 @@ RULES: dict[str, Rule] = {
             "The worst sample is named. A document's own implementation of a node is a common cause.",
         ),
         Rule(
+            "UPSTREAM_DEVIATION",
+            _WARNING,
+            "MaterialX deviates from its specification",
+            "The shader is not what the specification says, but what MaterialX's generators or libraries are known to "
+            "make of it: the float64 reference, deviating in the same way, agrees with it within its tolerance. "
+            "docs/upstream-notes.md has each deviation by its name, with the smallest document that shows it.",
+            "Other renderers may show the material as specified; the notes say how to avoid the deviation.",
+        ),
+        Rule(
             "SHADER_NOT_FINITE",
             _ERROR,
             "shader gives NaN or infinity",

@@ -108,7 +108,12 @@ def _check(
         return TargetResult("compare", "fail", samples=count), [finding("SHADER_NOT_FINITE", place, message)]
     if expectation.reason:
         return TargetResult("compile", "skip", expectation.reason, samples=count), []
-    return judged(target, expectation.compare(found), place)
+    verdict = expectation.compare(found, target)
+    if verdict.specified is None:
+        return judged(target, verdict.comparison, place)
+    names = ", ".join(sorted(d.value for d in verdict.deviations))
+    message = f"{target}: it deviates as known ({names}); from the specification: {describe(verdict.specified)}"
+    return _compared(verdict.comparison), [finding("UPSTREAM_DEVIATION", place, message)]
 
 
 def judged(target: str, comparison: Comparison, place: str) -> tuple[TargetResult, list[Finding]]:

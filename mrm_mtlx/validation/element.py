@@ -123,23 +123,18 @@ def sweep_element(request: Request, element: Any) -> tuple[list[RenderableResult
         shaders = {target: generate(element, target, library) for target in targets}
     except GenerationError as error:
         return [], [finding("SHADER_GENERATE", place, f"with the flag of {found[0].name}: {error}")]
-    expectations = {v.name: _swept(request, element, v, images) for v in found}
+    expectations = {}
+    for variant in found:
+        rng = sampling.generator(request.seed, f"{element.getNamePath()} {variant.name}")
+        copy = variant.switched()
+        swept = copy.getDescendant(element.getNamePath())
+        expectations[variant.name] = Expectation(swept, rng, request.samples, images)
     for target, shader in shaders.items():
         switched = {v.name: (expectations[v.name], _flag(v, shader)) for v in found}
         for name, (result, why) in check_draws(shader, images, switched, place).items():
             results[name].targets[target] = result
             findings += [replace(f, message=f"with the flag of {name} on: {f.message}") for f in why]
     return list(results.values()), findings + images.findings
-
-
-def _swept(request: Request, element: Any, variant: Variant, images: DocumentImages) -> Expectation:
-    """The reference of an element with one more flag on, its tolerances evaluated."""
-    variant.switch(on=True)
-    rng = sampling.generator(request.seed, f"{element.getNamePath()} {variant.name}")
-    expectation = Expectation(element, rng, request.samples, images)
-    expectation.prepare()
-    variant.switch(on=False)
-    return expectation
 
 
 def _flag(variant: Variant, shader: Shader) -> dict[str, Any]:

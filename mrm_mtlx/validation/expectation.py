@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting
 from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
 from mrm_mtlx.reference import Environment, Illumination, Surface, UnsupportedError
+from mrm_mtlx.reference.deviations import possible
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
 from mrm_mtlx.validation.comparison import compare, draw, worse
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.engines.gl import SurfaceProgram
     from mrm_mtlx.reference import Tolerance
     from mrm_mtlx.reference.closures import Facets
+    from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.validation.comparison import Comparison
 
 # Surroundings of one colour, no two channels alike: what a lobe shows of them is its albedo, and what it lets through.
@@ -29,6 +32,25 @@ _SURROUNDINGS = (1.0, 0.75, 0.5)
 # Directions by which the light of the surroundings on a glossy lobe is estimated; each costs as much as a sample under
 # one light, so there are as many samples fewer.
 _DIRECTIONS = 16
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a comparison came to.
+
+    Attributes
+    ----------
+    comparison
+        With the specification; where that failed and `deviations` explain it, with the reference deviating likewise.
+    deviations
+        Known deviations of MaterialX that the comparison needed.
+    specified
+        The comparison with the specification, where `deviations` were needed.
+    """
+
+    comparison: Comparison
+    deviations: frozenset[Deviation] = frozenset()
+    specified: Comparison | None = None
 
 
 class Expectation:
@@ -57,22 +79,21 @@ class Expectation:
         self.reason = ""
         self.surface: Surface | None = None
         self.lobes: list[sampling.LobeShape] = []
+        self._element, self._images = element, images
+        self._met: frozenset[Deviation] = frozenset()
         try:
             self.surface = Surface(element, images=images)
         except (UnsupportedError, RecursionError) as error:
             self.reason = str(error)
         else:
-            probe = sampling.shading_points(rng, *sampling.sample_local(rng, 2))
-            self.lobes = [shape_of(facets) for facets in self.surface.traits(probe).lobes]
+            traits = self.surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
+            self.lobes = [shape_of(facets) for facets in traits.lobes]
+            self._met = traits.deviations
         # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
         sharp = [lobe for lobe in self.lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
         lit = sampling.shading_points(rng, *sampling.sample_local(rng, samples, sharp))
         self._points = lit, lit.part(slice(0, -(-samples // _DIRECTIONS)))
-        self._tolerances: tuple[Tolerance, ...] | None = None
-
-    def prepare(self) -> None:
-        """Evaluate the reference now and not when it is first compared: its element may change after this."""
-        self._expected()
+        self._tolerances: dict[frozenset[Deviation], list[Tolerance]] = {}
 
     def draw(
         self, program: SurfaceProgram, uniforms: Mapping[str, Any] | None = None
@@ -85,20 +106,27 @@ class Expectation:
         )
         return tuple(draw(program, p, uniforms, at) for p, at in zip(self._points, lighting, strict=True))
 
-    def compare(self, found: tuple[NDArray[np.floating], ...]) -> Comparison:
-        """Compare what was drawn with the reference, which there must be; both comparisons as one."""
-        comparisons = [
-            compare(colors, tolerance, points)
-            for colors, tolerance, points in zip(found, self._expected(), self._points, strict=True)
-        ]
-        return worse(*comparisons)
+    def compare(self, found: tuple[NDArray[np.floating], ...], target: str) -> Verdict:
+        """Compare what was drawn for a target with the reference, which there must be.
 
-    def _expected(self) -> tuple[Tolerance, ...]:
-        if self._tolerances is None and self.surface is not None:
+        Where it is not what the specification says, it may be what MaterialX is known to make of it.
+        """
+        true = self._compare(found, frozenset())
+        known = possible(self._met, target)
+        if true.passed or not known:
+            return Verdict(true)
+        as_known = self._compare(found, known)
+        return Verdict(as_known, known, true) if as_known.passed else Verdict(true)
+
+    def _compare(self, found: tuple[NDArray[np.floating], ...], deviations: frozenset[Deviation]) -> Comparison:
+        """The comparisons under the light and in the surroundings as one."""
+        if deviations not in self._tolerances:
+            surface = Surface(self._element, images=self._images, deviations=deviations)
             around = Illumination(light=False, environment=Environment.constant(_SURROUNDINGS, _DIRECTIONS))
             lit, few = self._points
-            self._tolerances = self.surface.tolerance(lit), self.surface.tolerance(few, around)
-        return self._tolerances or ()
+            self._tolerances[deviations] = [surface.tolerance(lit), surface.tolerance(few, around)]
+        expected = self._tolerances[deviations]
+        return worse(*(compare(*each) for each in zip(found, expected, self._points, strict=True)))
 
 
 def shape_of(facets: Facets) -> sampling.LobeShape:

@@ -24,8 +24,9 @@ FLAG = "retroreflective"
 
 @dataclass(frozen=True)
 class Variant:
-    """One specular node of an element, whose flag is off as the document has it."""
+    """A renderable element and one of its specular nodes, whose flag is off as the document has it."""
 
+    element: Any
     node: Any
 
     @property
@@ -33,9 +34,13 @@ class Variant:
         """Path of the node in the dissolved copy."""
         return str(self.node.getNamePath())
 
-    def switch(self, *, on: bool) -> None:
-        """Set the flag in the copy, for the reference."""
-        self.node.setInputValue(FLAG, on)
+    def switched(self) -> mx.Document:
+        """Another copy of the document, with the flag of the node on."""
+        document = self.element.getDocument()
+        copy = document.copy()
+        copy.setDataLibrary(document.getDataLibrary())
+        copy.getDescendant(self.name).setInputValue(FLAG, True)
+        return copy
 
     def uniform(self, shader: Shader) -> str | None:
         """Variable of the flag in a shader of the copy, or None if it has none."""
@@ -66,7 +71,7 @@ def variants(element: Any) -> list[Variant]:
     nodes = {str(node.getNamePath()): node for node in _upstream(element)}
     order = [str(e.getNamePath()) for e in element.getDocument().traverseTree() if e.isA(mx.Node)]
     found = [nodes[path] for path in order if path in nodes and nodes[path].getCategory() in MICROFACET_NODES]
-    return [Variant(node) for node in found if _is_off(node)]
+    return [Variant(element, node) for node in found if _is_off(node)]
 
 
 def _is_off(node: Any) -> bool:

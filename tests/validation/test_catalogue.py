@@ -22,7 +22,14 @@ if TYPE_CHECKING:
 TARGETS = {"SHADER_DIFFERS": ("glsl", "essl"), "SHADER_IGNORES_RETRO": ("glsl", "mdl")}
 
 # These show in what the driver does with the shader.
-NEED_GL = {"SHADER_COMPILE", "SHADER_DIFFERS", "SHADER_NOT_FINITE", "CHECK_CRASHED", "CHECK_TIMEOUT"}
+NEED_GL = {
+    "SHADER_COMPILE",
+    "SHADER_DIFFERS",
+    "UPSTREAM_DEVIATION",
+    "SHADER_NOT_FINITE",
+    "CHECK_CRASHED",
+    "CHECK_TIMEOUT",
+}
 
 # These end the process that checks the document.
 FATAL = {"CHECK_CRASHED", "CHECK_TIMEOUT"}

@@ -118,7 +118,7 @@ def compared(
         assert not expectation.reason
         shader = generate(drawn, "glsl", drawn_library)
         with SurfaceProgram(shader, images.of(shader)) as program:
-            yield expectation.compare(expectation.draw(program))
+            yield expectation.compare(expectation.draw(program), "glsl").comparison
 
 
 @pytest.mark.parametrize("name", ERRORS)

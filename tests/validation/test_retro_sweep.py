@@ -110,7 +110,7 @@ def test_an_error_that_shows_with_the_flag_alone_is_seen(
 ):
     wrong, _ = changed_library("genglsl/lib/mrm_retroreflection.glsl", old, new)
     monkeypatch.setattr(element_module, "load_library", lambda _origin: wrong)
-    copy = dissolved(make_document(MODEL))
+    copy = dissolved(make_document(MODEL, wrong))
     results, findings = sweep_element(request_for, renderable_elements(copy)[0])
     failed = [r.name.split()[-1] for r in results if r.targets["glsl"].status == "fail"]
     assert "coat_bsdf" in failed

@@ -14,7 +14,7 @@ Where `light.part` names a quantity, it is taken at the edge of the error that f
 Arrays: directions, colours and frames have the component first, shape (3, samples); scalars (samples,) or ().
 """
 
-from mrm_mtlx.reference.closures.combine import add, layer, layer_medium, mix, multiply
+from mrm_mtlx.reference.closures.combine import add, layer, layer_medium, mix, multiply, premultiplied_mix
 from mrm_mtlx.reference.closures.diffuse import burley, oren_nayar, subsurface, translucent
 from mrm_mtlx.reference.closures.hair import Fibre, chiang_hair
 from mrm_mtlx.reference.closures.light import EPSILON, Closure, Environment, Light, Mode, nothing, opaque
@@ -46,6 +46,7 @@ __all__ = [
     "nothing",
     "opaque",
     "oren_nayar",
+    "premultiplied_mix",
     "sheen",
     "subsurface",
     "translucent",

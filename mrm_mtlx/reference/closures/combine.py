@@ -40,6 +40,23 @@ def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
     )
 
 
+def premultiplied_mix(foreground: Closure, background: Closure, amount: Array, weighted: tuple[bool, bool]) -> Closure:
+    """`mix` as `Deviation.PREMULTIPLIED_MIX` has it; `weighted` says which of the two have a weight to multiply."""
+    rest = 1.0 - amount
+    return Closure(
+        background.response * rest + foreground.response * amount,
+        np.maximum(_dimmed(foreground, amount, weighted[0]) + _dimmed(background, rest, weighted[1]) - 1.0, 0.0),
+        _seen(foreground, amount) | _seen(background, rest),
+    )
+
+
+def _dimmed(closure: Closure, amount: Array, weighted: bool) -> Array:
+    """Throughput of a BSDF whose weight is multiplied: one that is opaque stays so, one without a weight as it is."""
+    if not weighted or np.all(closure.throughput == 0.0):
+        return closure.throughput
+    return np.asarray(1.0 - amount * (1.0 - closure.throughput))
+
+
 def add(first: Closure, second: Closure) -> Closure:
     """The sum of two BSDFs; their albedos add, so the throughput is t1 + t2 - 1, not below 0."""
     throughput = np.maximum(first.throughput + second.throughput - 1.0, 0.0)

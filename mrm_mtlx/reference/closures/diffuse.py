@@ -41,7 +41,7 @@ def oren_nayar(
     light: Light, weight: Array, color: Array, roughness: Array, normal: Array, energy_compensation: Array
 ) -> Closure:
     """`oren_nayar_diffuse_bsdf`; throughput 0."""
-    if light.mode is Mode.TRANSMISSION or np.all(weight < EPSILON):
+    if _dark(light, weight):
         return opaque(np.zeros((3, 1)))
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
@@ -62,7 +62,7 @@ def oren_nayar(
 
 def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: Array) -> Closure:
     """`burley_diffuse_bsdf`; throughput 0."""
-    if light.mode is Mode.TRANSMISSION:
+    if _dark(light, weight):
         return opaque(np.zeros((3, 1)))
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
@@ -78,7 +78,7 @@ def translucent(light: Light, weight: Array, color: Array, normal: Array) -> Clo
     The other side is that of the normal and not of the viewer: seen from behind, it reflects what it should let
     through.
     """
-    if light.mode is Mode.TRANSMISSION:
+    if _dark(light, weight):
         return opaque(np.zeros((3, 1)))
     if light.mode is Mode.INDIRECT:
         return _weighted(environment(light).irradiance(-normal) * color, weight)
@@ -90,7 +90,7 @@ def subsurface(light: Light, weight: Array, color: Array, radius: Array, normal:
 
     Diffusion over a sphere instead of transport through the volume; in surroundings, plain diffuse reflection.
     """
-    if light.mode is Mode.TRANSMISSION:
+    if _dark(light, weight):
         return opaque(np.zeros((3, 1)))
     n = facing(normal, light.v)
     if light.mode is Mode.INDIRECT:
@@ -127,6 +127,11 @@ def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
         moved = moved + weight * SINE_ERROR + off * np.abs(np.maximum(np.cos(theta + arc), 0.0) - exact)
     by_angle = widened(mean, angle=ARCTANGENT_ERROR * theta)
     return by_angle + moved / (total * np.pi * ROUNDING_FACTOR)
+
+
+def _dark(light: Light, weight: Array) -> bool:
+    """Whether a diffuse lobe shows nothing at any sample, and is not evaluated."""
+    return light.mode is Mode.TRANSMISSION or bool(np.all(weight < EPSILON))
 
 
 def _weighted(seen: Array, weight: Array) -> Closure:

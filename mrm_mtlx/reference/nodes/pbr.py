@@ -8,6 +8,7 @@ import numpy as np
 
 from mrm_mtlx.reference import closures
 from mrm_mtlx.reference.closures import Facets
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.nodes.registry import ShaderValue, node
 
 if TYPE_CHECKING:
@@ -114,7 +115,15 @@ def _layer_medium(inputs: Inputs) -> Value:
 
 @node("ND_mix_bsdf")
 def _mix(inputs: Inputs) -> Value:
-    return closures.mix(inputs.closure("fg"), inputs.closure("bg"), inputs.array("mix"))
+    front, back, amount = inputs.closure("fg"), inputs.closure("bg"), inputs.array("mix")
+    mixed = closures.mix(front, back, amount)
+    if not inputs.inside_graph:
+        return mixed
+    weighted = inputs.is_weighted("fg"), inputs.is_weighted("bg")
+    multiplied = closures.premultiplied_mix(front, back, amount, weighted)
+    if np.allclose(mixed.throughput, multiplied.throughput):
+        return mixed
+    return multiplied if inputs.deviates(Deviation.PREMULTIPLIED_MIX) else mixed
 
 
 @node("ND_add_bsdf")

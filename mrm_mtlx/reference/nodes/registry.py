@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.closures import Closure, Facets, Light
+    from mrm_mtlx.reference.deviations import Deviation
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,19 @@ class Inputs(Protocol):
 
         Settled means that no rounding error changes it; where it varies, errors may tip it at the samples near a step.
         """
+        ...
+
+    @property
+    def inside_graph(self) -> bool:
+        """Whether the node stands in the graph that defines another node."""
+        ...
+
+    def is_weighted(self, name: str) -> bool:
+        """Whether the node that a BSDF input is connected to has a weight."""
+        ...
+
+    def deviates(self, deviation: Deviation) -> bool:
+        """Whether the node is to deviate from the specification so; that it can is noted."""
         ...
 
     def note(self, facets: Facets) -> None:

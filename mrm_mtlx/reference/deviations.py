@@ -1,0 +1,34 @@
+"""Where MaterialX's hardware code is known to deviate from its specification.
+
+The reference follows the specification. So that a comparison can tell a known deviation from an unknown error, the
+reference can be asked to deviate in the same way, by name; docs/upstream-notes.md has each with the smallest document
+that shows it and the measured difference.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Deviation(Enum):
+    """A known deviation; the value is its name in reports and in docs/upstream-notes.md.
+
+    `PREMULTIPLIED_MIX`: inside of a graph, generators write a mixture of BSDFs as the sum of both with their weights
+    multiplied. The response is the same. The throughput is not where one of the two is opaque at any weight, or has
+    none: it is lost, and what lies below in a layer with it.
+
+    `LOWP_SAMPLERS`: samplers of generated ESSL have the language's default precision, lowp, so that colours of images
+    may be off by 2^-8 (GLSL ES 3.00, section 4.5.1).
+    """
+
+    PREMULTIPLIED_MIX = "premultiplied-mix"
+    LOWP_SAMPLERS = "lowp-samplers"
+
+
+# Targets whose code deviates so; a deviation that is not here is in all that run here.
+TARGETS = {Deviation.LOWP_SAMPLERS: ("essl",)}
+
+
+def possible(met: frozenset[Deviation], target: str) -> frozenset[Deviation]:
+    """Those of the deviations that code of a target has."""
+    return frozenset(d for d in met if target in TARGETS.get(d, (target,)))
