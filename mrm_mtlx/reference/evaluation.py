@@ -23,7 +23,7 @@ from mrm_mtlx.reference.graph import (
     interface_input,
     source,
 )
-from mrm_mtlx.reference.models import SAME_MODEL
+from mrm_mtlx.reference.models import OTHER_NUMBERS, SAME_MODEL
 from mrm_mtlx.reference.nodes import NODES, ShaderValue
 from mrm_mtlx.reference.rounding import EXACT, Move, value_sign
 
@@ -82,6 +82,7 @@ class Evaluation:
     discrete: Discrete = field(default_factory=Discrete)
     lobes: list[Facets] = field(default_factory=list)
     used: set[str] = field(default_factory=set)  # geometry, by the names of `frame` and of properties
+    foreign: set[str] = field(default_factory=set)  # numbers that OSL has otherwise
     met: set[Deviation] = field(default_factory=set)  # where MaterialX's code may deviate
 
     def __post_init__(self) -> None:
@@ -141,6 +142,8 @@ class Evaluation:
         if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:
             lit = np.any(value.response != 0.0)
             value = replace(value, foreign=value.foreign | ({str(node.getCategory())} if lit else set()))
+        if self.model is Model.CLOSURES and definition.getName() in OTHER_NUMBERS:
+            self.foreign.add(str(node.getCategory()))
         kinds = {str(out.getName()): str(out.getType()) for out in definition.getActiveOutputs()}
         if isinstance(value, dict):
             return {name: self._rounded_value(v, kinds[name]) for name, v in value.items()}

@@ -34,3 +34,7 @@ SAME_MODEL = frozenset(
         "dot_bsdf",
     )
 )
+
+# Node definitions of numbers that MaterialX computes in another way in OSL than on the hardware targets: OSL's own
+# `blackbody` integrates the spectrum, where the others fit the chromaticity.
+OTHER_NUMBERS = frozenset({"ND_blackbody"})

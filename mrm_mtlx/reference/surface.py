@@ -111,7 +111,9 @@ class Surface:
         evaluation = self._evaluation(points, LIGHT, EXACT)
         value = self._value(evaluation)
         foreign = value.foreign if isinstance(value, ShaderValue) else frozenset()
-        return Traits(evaluation.lobes, foreign, frozenset(evaluation.used), frozenset(evaluation.met))
+        return Traits(
+            evaluation.lobes, foreign | evaluation.foreign, frozenset(evaluation.used), frozenset(evaluation.met)
+        )
 
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.

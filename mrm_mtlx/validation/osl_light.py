@@ -29,6 +29,9 @@ PORTAL_STEP = 0.02
 # Samples whose shading is measured, as a share of those of a comparison: a renderer starts for them.
 _SHARE = 8
 
+# Renderers take the slope of a facet from 1 - cos^2, whose 24 roundings of 2^-24 are a quarter of this width's square.
+NARROWEST = 0.0025
+
 # What a cloud of facets has as the reference has it; where it lies and its texture coordinates are its own.
 _GEOMETRY = {"Nworld", "Nobject", "Tworld", "Vworld"}
 
@@ -55,6 +58,8 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
         return f"its {', '.join(other)} is another model in OSL's renderers"
     if any(lobe.alpha_x != lobe.alpha_y for lobe in lobes) or not traits.geometry <= _GEOMETRY:
         return "facets for the measurement have no tangents, positions or texture coordinates of their own"
+    if any(min(lobe.alpha_x, lobe.alpha_y) < NARROWEST for lobe in lobes):
+        return f"a lobe is narrower than {NARROWEST}, which renderers of OSL cannot hold in float32"
     points = sun_points(rng, -(-samples // (_SHARE * len(ANGLES_DEG))), lobes)
     together = ShadingPoints.joined(points)
     retroreflective = any(lobe.retroreflective for lobe in lobes)

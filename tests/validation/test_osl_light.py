@@ -50,6 +50,17 @@ def test_a_wrong_input_of_the_closure_is_seen(cycles, surface_document, changed_
             id="rough diffuse",
         ),
         pytest.param(
+            METAL.format("false").replace("0.2, 0.2", "0.002, 0.002"),
+            "a lobe is narrower than 0.0025, which renderers of OSL cannot hold in float32",
+            id="a narrow lobe",
+        ),
+        pytest.param(
+            '<blackbody name="b" type="color3"/><oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" '
+            'type="color3" nodename="b"/></oren_nayar_diffuse_bsdf>',
+            "its blackbody is another model in OSL's renderers",
+            id="blackbody",
+        ),
+        pytest.param(
             METAL.format("false").replace("0.2, 0.2", "0.2, 0.3"),
             "facets for the measurement have no tangents, positions or texture coordinates of their own",
             id="two widths",
