@@ -18,11 +18,15 @@ class Deviation(Enum):
     none: it is lost, and what lies below in a layer with it.
 
     `LOWP_SAMPLERS`: samplers of generated ESSL have the language's default precision, lowp, so that colours of images
-    may be off by 2^-8 (GLSL ES 3.00, section 4.5.1).
+    may be off by 2^-8 (GLSL ES 3.00, section 4.5.4).
+
+    `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
+    space of the file that defines it.
     """
 
     PREMULTIPLIED_MIX = "premultiplied-mix"
     LOWP_SAMPLERS = "lowp-samplers"
+    DEFAULT_COLORS = "default-colors"
 
 
 # Targets whose code deviates so; a deviation that is not here is in all that run here.

@@ -13,6 +13,7 @@ import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model, nothing
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.graph import (
     LINEAR_SPACES,
     Scope,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.reference.nodes import Value
     from mrm_mtlx.reference.points import ShadingPoints
 
@@ -217,6 +217,13 @@ class Evaluation:
             return None
         return self._constant(declared, declared, light)
 
+    def _is_taken_as_it_is(self, element: Any) -> bool:
+        """Whether a colour is a definition's default that generators do not transform; see `Deviation`."""
+        if element.getActiveColorSpace() in LINEAR_SPACES or not element.getParent().isA(mx.NodeDef):
+            return False
+        self.met.add(Deviation.DEFAULT_COLORS)
+        return Deviation.DEFAULT_COLORS in self.deviations
+
     def _constant(self, element: Any, declared: Any, light: Light) -> Value:
         kind = element.getType()
         if kind in ("string", "filename"):
@@ -235,7 +242,7 @@ class Evaluation:
             number = np.array(rows, dtype=float)
         else:
             number = np.array([[np.float32(x)] for x in value.asTuple()], dtype=float)
-        if kind.startswith("color"):
+        if kind.startswith("color") and not self._is_taken_as_it_is(element):
             number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light)
         return self._rounded(number)
 

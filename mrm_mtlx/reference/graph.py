@@ -28,10 +28,10 @@ class Scope:
 
 
 def shader_node(element: Any) -> Any:
-    """The surface shader node behind a renderable element, or None."""
+    """The node that gives what a renderable element shows: its surface shader, or a material of its own; or None."""
     if element.isA(mx.Output):
         return element.getConnectedNode()
-    if element.getType() == "material":
+    if element.getCategory() == "surfacematerial":
         shader = element.getInput("surfaceshader")
         return None if shader is None else connected_node(shader)
     return element

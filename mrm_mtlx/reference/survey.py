@@ -16,6 +16,10 @@ MAXIMUM_DEPTH = 120
 GEOMETRY = ("Nworld", "Tworld", "Bworld", "Pworld", "Vworld", "Nobject", "Tobject", "Bobject", "Pobject", "UV0")
 
 
+# Inputs of a material that have no part in its colour.
+_NOT_SEEN = ("displacementshader", "volumeshader")
+
+
 class UnsupportedError(Exception):
     """The reference does not know something that the surface is made of.
 
@@ -69,6 +73,8 @@ class Survey:
             return []
         sources = []
         for given in node.getInputs():
+            if given.getType() in _NOT_SEEN:
+                continue
             self._check_color_space(given)
             sources += [
                 connected_node(element) for element in (given, given.getInterfaceInput()) if element is not None

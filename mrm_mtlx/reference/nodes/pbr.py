@@ -157,6 +157,12 @@ def _surface_unlit(inputs: Inputs) -> Value:
     )
 
 
+@node("ND_surfacematerial")
+def _material(inputs: Inputs) -> Value:
+    """What the front of the surface shows; displacement moves it before it is shaded."""
+    return inputs.shader("surfaceshader")
+
+
 @node("ND_mix_surfaceshader")
 def _mix_shader(inputs: Inputs) -> Value:
     amount, front, back = inputs.array("mix"), inputs.shader("fg"), inputs.shader("bg")
