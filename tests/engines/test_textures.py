@@ -1,25 +1,18 @@
-"""Image files: reading them, and their way into the shader."""
+"""Images on their way into the shader, and the state of their samplers."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.engines.gl import Lighting
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.engines.gl.context import context, parking_target
+from mrm_mtlx.engines.gl.image_calls import Sampling, samplings
+from mrm_mtlx.engines.gl.textures import upload
 
 UNIT = 2.0**-24
-
-
-def write_image(path, pixels) -> None:
-    """An image file of the type that its name says; float for EXR, 8 bits for PNG."""
-    height, width, channels = pixels.shape
-    kind = oiio.FLOAT if path.suffix == ".exr" else oiio.UINT8
-    output = oiio.ImageOutput.create(str(path))
-    assert output.open(str(path), oiio.ImageSpec(width, height, channels, kind)), output.geterror()
-    assert output.write_image(pixels.astype(np.float32)), output.geterror()
-    output.close()
 
 
 PICTURE = """
@@ -56,13 +49,9 @@ TEXEL_TOL = 2 * 10 * 4 * UNIT * 2
 
 
 @pytest.mark.parametrize("size", [(4, 8), (3, 5), (10, 7), (1, 1)])
-def test_an_image_node_shows_the_files_pixels(shown, rng, tmp_path, size):
-    path = tmp_path / "picture.exr"
+def test_an_image_node_shows_the_pixels(shown, rng, size):
     stored = rng.uniform(-4.0, 4.0, (*size, 3)).astype(np.float32)
-    write_image(path, stored)
-    pixels = read_image(path)
-    assert np.array_equal(pixels, stored)
-    found = shown(pixels, centres(*size))
+    found = shown(stored, centres(*size))
     np.testing.assert_allclose(found, stored.reshape(-1, 3), rtol=0.0, atol=TEXEL_TOL)
     if size != (1, 1):
         upside_down = stored[::-1].reshape(-1, 3) if size[0] > 1 else stored[:, ::-1].reshape(-1, 3)
@@ -84,20 +73,10 @@ def test_the_picture_repeats_beyond_its_border(shown, rng):
     )
 
 
-def test_pixels_of_eight_bits_are_shares_of_one(tmp_path):
-    path = tmp_path / "picture.png"
-    stored = np.arange(24).reshape(2, 4, 3) / 255.0 * 10.0
-    write_image(path, stored)
-    # Stored as whole numbers; as float32 again.
-    np.testing.assert_allclose(read_image(path), np.round(stored * 255.0) / 255.0, rtol=4 * UNIT)
-
-
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
-def test_images_of_any_number_of_channels_keep_their_order(shown, rng, tmp_path, channels):
-    path = tmp_path / "picture.exr"
+def test_images_of_any_number_of_channels_keep_their_order(shown, rng, channels):
     stored = rng.uniform(0.0, 1.0, (2, 3, channels)).astype(np.float32)
-    write_image(path, stored)
-    found = shown(read_image(path), centres(2, 3))
+    found = shown(stored, centres(2, 3))
     # A grey picture is grey, a second channel is its opacity, as image files have it.
     colour = stored if channels >= 3 else np.repeat(stored[..., :1], 3, axis=-1)
     np.testing.assert_allclose(found, colour[..., :3].reshape(-1, 3), rtol=0.0, atol=TEXEL_TOL)
@@ -119,25 +98,138 @@ def test_a_picture_in_a_colour_space_is_decoded_in_the_shader(shown):
     assert np.max(np.abs(found - x)) > TEXEL_TOL
 
 
-def test_a_picture_that_is_not_given_is_black(program, make_document):
-    document = make_document(PICTURE.format(kind="color3", use="emission_color", colorspace=""))
-    linked = program(document, element="lamp")
-    assert np.array_equal(linked.draw({"texcoord_0": [[0.3, 0.7]]}, Lighting()), [[0.0, 0.0, 0.0, 1.0]])
+@pytest.mark.parametrize(("kind", "default"), [("color3", "0.25, 0.5, 0.75"), ("float", "0.25")])
+def test_a_picture_that_is_not_given_is_the_nodes_default(program, make_document, kind, default):
+    use = {"color3": "emission_color", "float": "emission"}[kind]
+    given = f'<input name="default" type="{kind}" value="{default}"/></image>'
+    document = make_document(PICTURE.format(kind=kind, use=use, colorspace="").replace("</image>", given))
+    linked = program(document, element="lamp", textures={})
+    numbers = [float(x) for x in default.split(",")]
+    expected = numbers if kind == "color3" else numbers * 3
+    # Exact: the numbers are float32's.
+    assert np.array_equal(linked.draw({"texcoord_0": [[0.3, 7.7]]}, Lighting())[0], [*expected, 1.0])
 
 
-@pytest.mark.parametrize("content", [None, b"", b"no picture at all"])
-def test_a_file_that_is_no_picture_is_a_value_error_with_its_name(tmp_path, content):
-    path = tmp_path / "broken.exr"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(ValueError, match=r"^broken\.exr: cannot be ") as caught:
-        read_image(path)
-    assert str(tmp_path) not in str(caught.value).replace(str(path), "")
+# How a row of four texels goes on to its left and its right, two texels each.
+BEYOND = {"constant": [8, 8, 8, 8], "clamp": [0, 0, 3, 3], "periodic": [2, 3, 0, 1], "mirror": [1, 0, 3, 2]}
 
 
-def test_a_picture_that_ends_too_early_is_a_value_error(tmp_path, rng):
-    path = tmp_path / "short.exr"
-    write_image(path, rng.uniform(0.0, 1.0, (64, 64, 3)))
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(ValueError, match=r"^short\.exr: cannot be "):
-        read_image(path)
+@pytest.mark.parametrize("mode", BEYOND)
+def test_what_is_beyond_the_border_follows_from_the_address_modes(gl_clean, mode):
+    row = np.arange(4, dtype=np.float32).reshape(1, 4, 1)
+    at = np.array([-1.5, -0.5, 4.5, 5.5]) / 4.0
+    for u, v, pixels, texcoord in (
+        (mode, "clamp", row, [[x, 0.5] for x in at]),
+        ("clamp", mode, row[:, ::-1].swapaxes(0, 1), [[0.5, y] for y in at]),  # counted from below
+    ):
+        found = look_up(pixels, Sampling(u, v, "closest", (8.0,), 1), np.array(texcoord))
+        np.testing.assert_array_equal(found[:, 0], BEYOND[mode])
+
+
+def test_the_border_has_the_defaults_colour_whatever_the_channels_of_the_image(gl_clean):
+    for channels in (1, 2, 3, 4):
+        pixels = np.ones((2, 2, channels), dtype=np.float32)
+        sampling = Sampling("constant", "constant", "linear", (0.25, 0.5, 0.75), 3)
+        found = look_up(pixels, sampling, np.array([[-1.0, 0.5], [0.5, 3.0]]))
+        np.testing.assert_array_equal(found[:, :3], [[0.25, 0.5, 0.75]] * 2)
+
+
+def test_the_closest_texel_is_not_mixed_with_its_neighbour(gl_clean):
+    row = np.arange(4, dtype=np.float32).reshape(1, 4, 1)
+    at = np.array([[0.26, 0.5], [0.49, 0.5]])
+    np.testing.assert_array_equal(look_up(row, Sampling(filter="closest"), at)[:, 0], [1.0, 1.0])
+    for smooth in ("linear", "cubic"):
+        # A 25th of a texel from the border: 0.46 of the way from texel to texel.
+        np.testing.assert_allclose(look_up(row, Sampling(filter=smooth), at)[:, 0], [0.54, 1.46], atol=TEXEL_TOL)
+
+
+LOOK_UP = """
+#version 400
+{declared}
+void main() {{ {body} }}
+"""
+
+
+def look_up(pixels, sampling: Sampling, texcoord):
+    """A texture as a shader sees it, (samples, 4)."""
+    gl = context()
+    program = gl.program(
+        vertex_shader=LOOK_UP.format(
+            declared="in vec2 at; out vec2 uv; uniform int size;",
+            body="uv = at; gl_Position = vec4((float(gl_VertexID) + 0.5) / float(size) * 2.0 - 1.0, 0.0, 0.0, 1.0);",
+        ).strip(),
+        fragment_shader=LOOK_UP.format(
+            declared="in vec2 uv; out vec4 color; uniform sampler2D image;", body="color = texture(image, uv);"
+        ).strip(),
+    )
+    program["size"] = len(texcoord)
+    texture = upload(gl, pixels, sampling)
+    buffer = gl.buffer(np.asarray(texcoord, dtype="f4").tobytes())
+    target = gl.framebuffer(color_attachments=[gl.texture((len(texcoord), 1), 4, dtype="f4")])
+    target.use()
+    texture.use(0)
+    gl.vertex_array(program, [(buffer, "2f", "at")]).render(gl.POINTS)
+    found = np.frombuffer(target.read(components=4, dtype="f4"), dtype=np.float32).reshape(-1, 4)
+    parking_target().use()
+    for each in (texture, buffer, target, program):
+        each.release()
+    return found
+
+
+FILE = '<input name="file" type="filename" value="picture.exr"/>'
+MODES = '<input name="uaddressmode" type="string" value="{}"/><input name="vaddressmode" type="string" value="{}"/>'
+# Nodes `a`, the output that is shown, and how they look up their image.
+CALLS = {
+    "what the node has": (
+        f'<image name="a" type="color3">{FILE}{MODES.format("mirror", "clamp")}'
+        '<input name="filtertype" type="string" value="closest"/>'
+        '<input name="default" type="color3" value="0.25, 0.5, 0.75"/></image>',
+        Sampling("mirror", "clamp", "closest", (0.25, 0.5, 0.75), 3),
+    ),
+    "defaults": (f'<image name="a" type="color3">{FILE}</image>', Sampling(default=(0.0,) * 3, components=3)),
+    "a mode that a graph decides": (
+        f'<latlongimage name="a" type="color3">{FILE}</latlongimage>',
+        Sampling("periodic", "mirror", "linear", (0.0, 0.0, 0.0), 3),
+    ),
+    "a mode of another name": (
+        f'<UsdUVTexture name="a" type="multioutput">{FILE}<input name="wrapT" type="string" value="black"/>'
+        '<input name="fallback" type="color4" value="0.25, 0.5, 0.75, 0.5"/></UsdUVTexture>',
+        Sampling("periodic", "constant", "linear", (0.25, 0.5, 0.75, 0.5), 4),
+    ),
+    "through two graphs": (
+        f'<gltf_colorimage name="a" type="multioutput">{FILE}<input name="filtertype" type="string" value="cubic"/>'
+        "</gltf_colorimage>",
+        Sampling(filter="cubic"),
+    ),
+    "a default in a colour space": (
+        f'<image name="a" type="color3">{FILE}'
+        '<input name="default" type="color3" value="0.25, 0.5, 0.75" colorspace="srgb_texture"/></image>',
+        Sampling(default=(0.25, 0.5, 0.75), components=3),
+    ),
+    "a default that is computed": (
+        '<texcoord name="t" type="vector2"/><convert name="c" type="vector3">'
+        '<input name="in" type="vector2" nodename="t"/></convert><convert name="d" type="color3">'
+        '<input name="in" type="vector3" nodename="c"/></convert>'
+        f'<image name="a" type="color3">{FILE}<input name="default" type="color3" nodename="d"/></image>',
+        Sampling(default=(0.0,) * 3, components=3),
+    ),
+    "hex tiles": (
+        f'<hextiledimage name="a" type="color4">{FILE}<input name="default" type="color4" value="0.25, 0.5, 0, 1"/>'
+        '</hextiledimage><convert name="b" type="color3"><input name="in" type="color4" nodename="a"/></convert>',
+        Sampling(default=(0.25, 0.5, 0.0, 1.0)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("target", ["glsl", "essl"])
+def test_generated_code_says_how_its_images_are_looked_up(shader_of, make_document, name, target):
+    nodes, expected = CALLS[name]
+    last = "b" if 'name="b"' in nodes else "a"
+    output = {"UsdUVTexture": 'output="rgb"', "gltf_colorimage": 'output="outcolor"'}.get(nodes[1:].split()[0], "")
+    color = f'<input name="emission_color" type="color3" nodename="{last}" {output}/>'
+    lamp = f'<surface_unlit name="lamp" type="surfaceshader">{color}</surface_unlit>'
+    found = samplings(shader_of(make_document(nodes + lamp), element="lamp", target=target))
+    assert set(found) == {"a_file"}
+    assert found["a_file"].default == pytest.approx(expected.default)
+    assert replace(found["a_file"], default=expected.default) == expected
