@@ -213,6 +213,16 @@ CALLS = {
         f'<image name="a" type="color3">{FILE}<input name="default" type="color3" nodename="d"/></image>',
         Sampling(default=(0.0,) * 3, components=3),
     ),
+    "a mode by its name": (
+        '<nodedef name="ND_own" node="own"><input name="file" type="filename" uniform="true"/>'
+        '<input name="beyond" type="string" value="clamp" uniform="true"/><output name="out" type="color3"/></nodedef>'
+        '<nodegraph name="NG_own" nodedef="ND_own"><image name="i" type="color3">'
+        '<input name="file" type="filename" interfacename="file"/>'
+        '<input name="uaddressmode" type="string" interfacename="beyond"/></image>'
+        '<output name="out" type="color3" nodename="i"/></nodegraph>'
+        f'<own name="a" type="color3">{FILE}<input name="beyond" type="string" value="mirror"/></own>',
+        Sampling("mirror", default=(0.0,) * 3, components=3),
+    ),
     "hex tiles": (
         f'<hextiledimage name="a" type="color4">{FILE}<input name="default" type="color4" value="0.25, 0.5, 0, 1"/>'
         '</hextiledimage><convert name="b" type="color3"><input name="in" type="color4" nodename="a"/></convert>',
@@ -226,7 +236,8 @@ CALLS = {
 def test_generated_code_says_how_its_images_are_looked_up(shader_of, make_document, name, target):
     nodes, expected = CALLS[name]
     last = "b" if 'name="b"' in nodes else "a"
-    output = {"UsdUVTexture": 'output="rgb"', "gltf_colorimage": 'output="outcolor"'}.get(nodes[1:].split()[0], "")
+    outputs = {"<UsdUVTexture": 'output="rgb"', "<gltf_colorimage": 'output="outcolor"'}
+    output = outputs.get(nodes.split()[0], "")
     color = f'<input name="emission_color" type="color3" nodename="{last}" {output}/>'
     lamp = f'<surface_unlit name="lamp" type="surfaceshader">{color}</surface_unlit>'
     found = samplings(shader_of(make_document(nodes + lamp), element="lamp", target=target))

@@ -120,8 +120,11 @@ def _sampling(image: _Function, given: Mapping[str, Any]) -> Sampling:
     )
 
 
-def _choice(names: tuple[str, ...], place: Any, otherwise: str) -> str:
-    return names[int(place)] if place is not None and 0 <= int(place) < len(names) else otherwise
+def _choice(names: tuple[str, ...], given: Any, otherwise: str) -> str:
+    """What is given by its place or, where the generator met no enumeration, by its name."""
+    if isinstance(given, str):
+        return given if given in names else otherwise
+    return names[int(given)] if given is not None and 0 <= given < len(names) else otherwise
 
 
 def _parameters(text: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
