@@ -33,6 +33,9 @@ _SURROUNDINGS = (1.0, 0.75, 0.5)
 # one light, so there are as many samples fewer.
 _DIRECTIONS = 16
 
+# One sample in as many is lit from below, beginning with this one: what is translucent shows it.
+_BELOW = 7
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -91,7 +94,9 @@ class Expectation:
             self._met = traits.deviations
         # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
         sharp = [lobe for lobe in self.lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
-        lit = sampling.shading_points(rng, *sampling.sample_local(rng, samples, sharp))
+        v, l = sampling.sample_local(rng, samples, sharp)
+        l[_BELOW::_DIRECTIONS, 2] *= -1.0
+        lit = sampling.shading_points(rng, v, l)
         self._points = lit, lit.part(slice(0, -(-samples // _DIRECTIONS)))
         self._tolerances: dict[frozenset[Deviation], list[Tolerance]] = {}
 
