@@ -20,12 +20,15 @@ class Deviation(Enum):
     `LOWP_SAMPLERS`: samplers of generated ESSL have the language's default precision, lowp, so that colours of images
     may be off by 2^-8 (GLSL ES 3.00, section 4.5.4).
 
+    `SIX_DECIMALS`: numbers inside of a graph are written into the source with six decimals; 0.00277778 is 0.002778.
+
     `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
     space of the file that defines it.
     """
 
     PREMULTIPLIED_MIX = "premultiplied-mix"
     LOWP_SAMPLERS = "lowp-samplers"
+    SIX_DECIMALS = "six-decimals"
     DEFAULT_COLORS = "default-colors"
 
 

@@ -179,35 +179,41 @@ class Evaluation:
             return color
         return np.concatenate([color, np.broadcast_to(value[3:], (len(value) - 3, color.shape[-1]))])
 
-    def input_value(self, node: Any, definition: Any, name: str, scope: Scope, light: Light) -> Value | None:
-        """Value of a node's input: connected, bound to an interface, given, or the definition's default."""
+    def input_value(
+        self, node: Any, definition: Any, name: str, scope: Scope, light: Light, *, stored: bool = False
+    ) -> Value | None:
+        """Value of a node's input: connected, bound to an interface, given, or the definition's default.
+
+        `stored`: a colour that is given is taken as it stands, in whatever space.
+        """
         declared = definition.getActiveInput(name)
         given = node.getInput(name)
-        if given is not None:
-            found = source(given, scope)
-            if found is not None:
-                return self.node_value(*found, light)
-            bound = binding(given, scope)
-            if bound is not None:
-                return self._interface_value(bound, given, scope, light)
-            # MaterialX's generators pass over a number given to an input that has a geometric default (a normal).
-            if declared.getDefaultGeomPropString():
-                return self._default(declared, light)
-            if given.getValueString() or given.getType() in ("string", "filename"):
-                return self._constant(given, declared, light)
-        return self._default(declared, light)
+        if given is None:
+            return self._default(declared, scope, light, stored)
+        found = source(given, scope)
+        if found is not None:
+            return self.node_value(*found, light)
+        bound = binding(given, scope)
+        if bound is not None:
+            return self._interface_value(bound, given, scope, light, stored)
+        # MaterialX's generators pass over a number given to an input that has a geometric default (a normal).
+        is_given = given.getValueString() or given.getType() in ("string", "filename")
+        if declared.getDefaultGeomPropString() or not is_given:
+            return self._default(declared, scope, light, stored)
+        return self._constant(given, declared, scope, light, stored)
 
-    def _interface_value(self, name: str, given: Any, scope: Scope, light: Light) -> Value | None:
+    def _interface_value(self, name: str, given: Any, scope: Scope, light: Light, stored: bool) -> Value | None:
         if name in scope.values:
             return scope.values[name]
         outer_node = scope.node
         if outer_node is None:  # a graph of the document itself: the interface input carries the value
             interface = interface_input(given)
             found = source(interface, scope)
-            return self._default(interface, light) if found is None else self.node_value(*found, light)
-        return self.input_value(outer_node, outer_node.getNodeDef(), name, scope.outer or Scope(), light)
+            return self.node_value(*found, light) if found else self._default(interface, scope, light, stored)
+        outer = scope.outer or Scope()
+        return self.input_value(outer_node, outer_node.getNodeDef(), name, outer, light, stored=stored)
 
-    def _default(self, declared: Any, light: Light) -> Value | None:
+    def _default(self, declared: Any, scope: Scope, light: Light, stored: bool) -> Value | None:
         geometry = declared.getDefaultGeomPropString()
         if geometry:
             return self.frame[geometry]
@@ -215,16 +221,9 @@ class Evaluation:
             return str(declared.getResolvedValueString())
         if declared.getType() in _CLOSURES or not declared.getValueString():
             return None
-        return self._constant(declared, declared, light)
+        return self._constant(declared, declared, scope, light, stored)
 
-    def _is_taken_as_it_is(self, element: Any) -> bool:
-        """Whether a colour is a definition's default that generators do not transform; see `Deviation`."""
-        if element.getActiveColorSpace() in LINEAR_SPACES or not element.getParent().isA(mx.NodeDef):
-            return False
-        self.met.add(Deviation.DEFAULT_COLORS)
-        return Deviation.DEFAULT_COLORS in self.deviations
-
-    def _constant(self, element: Any, declared: Any, light: Light) -> Value:
+    def _constant(self, element: Any, declared: Any, scope: Scope, light: Light, stored: bool) -> Value:
         kind = element.getType()
         if kind in ("string", "filename"):
             return str(element.getResolvedValueString())
@@ -233,18 +232,33 @@ class Evaluation:
             return np.asarray(bool(value))
         if kind == "integer":
             return np.asarray(float(value))
-        # What the shader holds is the number rounded to float32.
         if kind == "float":
-            number = np.asarray(np.float32(_in_unit(float(value), element, declared)), dtype=float)
+            number = np.asarray(_in_unit(float(value), element, declared))
         elif kind.startswith("matrix"):
             size = range(value.numRows())
-            rows = [[[np.float32(value[row, column])] for column in size] for row in size]
-            number = np.array(rows, dtype=float)
+            number = np.array([[[value[row, column]] for column in size] for row in size])
         else:
-            number = np.array([[np.float32(x)] for x in value.asTuple()], dtype=float)
-        if kind.startswith("color") and not self._is_taken_as_it_is(element):
+            number = np.array([[x] for x in value.asTuple()])
+        number = self._written(number.astype(np.float32), scope)
+        if kind.startswith("color") and not stored and not self._is_taken_as_it_is(element):
             number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light)
         return self._rounded(number)
+
+    def _written(self, number: NDArray[np.float32], scope: Scope) -> Array:
+        """What the shader holds: the number in float32; one inside of a graph is written into the source."""
+        if scope.node is not None or scope.values:
+            six = np.array([float(f"{x:.6f}") for x in number.flat]).reshape(number.shape).astype(np.float32)
+            if np.any(six != number):
+                self.met.add(Deviation.SIX_DECIMALS)
+                number = six if Deviation.SIX_DECIMALS in self.deviations else number
+        return number.astype(float)
+
+    def _is_taken_as_it_is(self, element: Any) -> bool:
+        """Whether a colour is a definition's default that generators do not transform; see `Deviation`."""
+        if element.getActiveColorSpace() in LINEAR_SPACES or not element.getParent().isA(mx.NodeDef):
+            return False
+        self.met.add(Deviation.DEFAULT_COLORS)
+        return Deviation.DEFAULT_COLORS in self.deviations
 
 
 @dataclass
@@ -279,6 +293,9 @@ class _NodeInputs:
 
     def array(self, name: str) -> Array:
         return cast("Array", self._value(name))
+
+    def stored(self, name: str) -> Array:
+        return cast("Array", self._value(name, stored=True))
 
     def text(self, name: str) -> str:
         return cast("str", self._value(name))
@@ -320,8 +337,8 @@ class _NodeInputs:
     def note(self, facets: Facets) -> None:
         self.evaluation.lobes.append(facets)
 
-    def _value(self, name: str) -> Value | None:
-        return self.evaluation.input_value(self.node, self.definition, name, self.scope, self.light)
+    def _value(self, name: str, *, stored: bool = False) -> Value | None:
+        return self.evaluation.input_value(self.node, self.definition, name, self.scope, self.light, stored=stored)
 
 
 class _Noting(dict[str, "Array"]):

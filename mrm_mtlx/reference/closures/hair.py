@@ -122,9 +122,7 @@ def _path(
     turn: float = 0.0,
     exponent: float = 0.0,
     switch: float = 0.0,
-    asin_o: float = 0.0,
-    asin_t: float = 0.0,
-    atan: float = 0.0,
+    arcs: float = 0.0,
     sine: float = 0.0,
     cosine: float = 0.0,
     exponentials: float = 0.0,
@@ -136,13 +134,13 @@ def _path(
     sin_gamma = np.clip(at.side * np.sign(squared) * np.sqrt(np.abs(squared)), -1.0, 1.0)
     eta = _root(fibre.ior * fibre.ior - at.sin_o * at.sin_o) / np.maximum(cos_o, EPSILON)
     sin_inside = np.clip(sin_gamma / eta * (1.0 + bend), -1.0, 1.0)
-    gamma_o, gamma_t = np.arcsin(sin_gamma) * (1.0 + asin_o), np.arcsin(sin_inside) * (1.0 + asin_t)
+    gamma_o, gamma_t = np.arcsin(sin_gamma), np.arcsin(sin_inside)
 
     f = np.clip(fresnel.dielectric(cos_o * at.cos_gamma, fibre.ior) + reflected, 0.0, 1.0)
     length = 2.0 * _root(1.0 - np.square(sin_inside)) / _root(1.0 - np.square(at.sin_o / fibre.ior))
     depth = fibre.absorption * length * (1.0 + crossing)
     transmitted = np.exp(-depth) * (1.0 + exponentials * exponential_error(depth))
-    # Besides, whatever is too small for float32 is 0.
+    # Besides, whatever is too small for float32 is 0: the factors, and their products.
     flushed = exponentials * SMALLEST
     share = hair.attenuations(f, transmitted)[path] + flushed
 
@@ -152,15 +150,15 @@ def _path(
     shifted = _shifted(path, at.sin_i, cos_i, fibre.cuticle_angle, sine, cosine)
     along = _longitudinal(shifted, (at.sin_o, cos_o), variance, exponent, switch, exponentials)
     if path == 3:
-        return np.asarray(along * _REST_AZIMUTHAL * np.maximum(tint, 0.0) * share)
+        return np.asarray(along * _REST_AZIMUTHAL * np.maximum(tint, 0.0) * share + 3.0 * flushed)
     exit_azimuth = hair.exit_azimuth(path, gamma_o, gamma_t)
-    rounded = turn * (np.abs(at.phi) + np.abs(2.0 * path * gamma_t) + np.abs(2.0 * gamma_o) + path * np.pi)
+    # The arcs err together: the lobe falls exponentially, and their movements multiply.
+    lengths = np.abs(at.phi) + np.abs(2.0 * path * gamma_t) + np.abs(2.0 * gamma_o)
+    moved = arcs * lengths + turn * (lengths + path * np.pi)
     # Of the exponential 3 + 2 x ulp, of its argument's division and constants four more per unit.
-    about = hair.azimuthal(
-        at.phi * (1.0 + atan) - exit_azimuth + rounded, scale, exponential_error=exponentials * 6.0 * ULP
-    )
+    about = hair.azimuthal(at.phi - exit_azimuth + moved, scale, exponential_error=exponentials * 6.0 * ULP)
     about = about + 2.0 * flushed / scale
-    return np.asarray(along * about * np.maximum(tint, 0.0) * share)
+    return np.asarray(along * about * np.maximum(tint, 0.0) * share + 3.0 * flushed)
 
 
 def _shifted(
@@ -206,9 +204,7 @@ def _errors(part: str, at: _Geometry, fibre: Fibre) -> dict[str, Array | float]:
     """Errors of what `_path` displaces, in full, for a moved part."""
     if part == "functions":
         return {
-            "asin_o": ARCTANGENT_ERROR,
-            "asin_t": ARCTANGENT_ERROR,
-            "atan": ARCTANGENT_ERROR,
+            "arcs": ARCTANGENT_ERROR,
             # In sines and cosines of the cuticle's tilt; beyond pi, to which it goes for TRT, no bound is stated.
             "sine": SINE_ERROR,
             "cosine": SINE_ERROR,

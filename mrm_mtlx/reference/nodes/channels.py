@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def _extracted(in_: Array, index: Array) -> Array:
-    """One channel of a vector, or one row of a matrix."""
-    chosen = index.astype(int)
+    """One channel of a vector, or one row of a matrix; the nearest that there is, where GLSL leaves it undefined."""
+    chosen = np.clip(index.astype(int), 0, len(in_) - 1)
     if chosen.ndim == 0:
         return scalar(in_[chosen])
     places = np.expand_dims(chosen, tuple(range(in_.ndim - 1)))

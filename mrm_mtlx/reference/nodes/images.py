@@ -37,12 +37,12 @@ LOWP_ERROR = 2.0**-8
 
 @node(*(f"ND_image_{kind}" for kind in ("float", "color3", "color4", "vector2", "vector3", "vector4")))
 def _image(inputs: Inputs) -> Value:
-    """The image, or the default where there is none.
+    """The image, or the default where there is none: a colour in the file's space, as hosts have it.
 
     A cubic filter is linear: OpenGL has none, and MaterialX's hosts have neither. Layer and frames are passed over, as
     in MaterialX's hardware shaders.
     """
-    default, pixels = inputs.array("default"), inputs.image("file")
+    default, pixels = inputs.stored("default"), inputs.image("file")
     border = np.atleast_2d(default)
     if pixels is None:
         value = _sampled(inputs, lambda **ways: _held(border, ways))
@@ -130,7 +130,7 @@ def _hextiled(inputs: Inputs, blended: Callable[[Tiles, Array], Array]) -> Array
     coord = inputs.array("texcoord") * inputs.array("tiling")
     names = ("rotation", "rotationrange", "scale", "scalerange", "offset", "offsetrange")
     spread = hextile.Spread(*(inputs.array(name) for name in names))
-    default, image = inputs.array("default"), inputs.image("file")
+    default, image = inputs.stored("default"), inputs.image("file")
     # As hosts have it, and not the default itself: black with a full contrast of luminance is 0/0.
     pixels = image if image is not None else default[:, 0][None, None]
 

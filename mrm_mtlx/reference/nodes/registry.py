@@ -74,6 +74,10 @@ class Inputs(Protocol):
         """A numeric input."""
         ...
 
+    def stored(self, name: str) -> Array:
+        """A colour as it stands in the document, not taken from its space to linear Rec.709."""
+        ...
+
     def text(self, name: str) -> str:
         """A string input."""
         ...

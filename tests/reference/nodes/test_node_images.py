@@ -195,7 +195,6 @@ def test_eight_bits_in_srgb_agree(excess, pictures, points, rng):
     assert np.mean(excess(nodes, points, images, instead=nodes.replace(srgb, "")) > 1.0) > MOST
 
 
-@pytest.mark.xfail(strict=True, reason="evaluation: a default's colour space is applied, and then the file's again")
 def test_a_default_of_the_files_colour_space_agrees(excess, picture, points):
     srgb = 'colorspace="srgb_texture"'
     nodes = shown(image(more=srgb, **modes("constant", "clamp"))).replace('name="default"', f'name="default" {srgb}')
