@@ -1,16 +1,16 @@
 """Nodes of numbers, drawn by the generated GLSL and evaluated by the reference, many of them in one shader.
 
 Each node has a stretch of the samples to itself, with inputs of its own from geometric properties; an integer property
-says which node a sample shows. A colour shows three channels, so that wider values have several stretches. The
-reference evaluates each node alone: a tolerance is that of one node.
+says which node a sample shows. A matrix has a stretch per row. The reference evaluates each node alone: a tolerance is
+that of one node.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -23,6 +23,8 @@ from mrm_mtlx.shadergen import generate
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
+    import MaterialX as mx
+
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Tolerance
@@ -33,7 +35,11 @@ SAMPLES = 96
 
 WIDTHS = {"float": 1, "color3": 3, "color4": 4, "vector2": 2, "vector3": 3, "vector4": 4, "integer": 1}
 MATRICES = {"matrix33": (3, "vector3"), "matrix44": (4, "vector4")}
+LETTERS = {"color": "rgba", "vector": "xyzw"}
 TEXTS = ("string", "filename")
+
+# How much of a fourth channel is shown.
+PART = '<input name="in2" type="float" value="0.375"/>'
 
 SEED = 2026
 
@@ -46,8 +52,9 @@ class Domain:
     high: float = 2.0
     signed: bool = False
     special: bool = True
+    whole: bool = False
 
-    def draw(self, rng: np.random.Generator, shape: tuple[int, ...], *, whole: bool = False) -> Array:
+    def draw(self, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         values = rng.uniform(self.low, self.high, shape)
         if self.special:
             special = np.array([self.low, self.high, 0.5 * (self.low + self.high), 0.0, 0.5, -0.5, 1.0, -1.0])
@@ -56,10 +63,10 @@ class Domain:
             values[:quarter] = rng.choice(within, values[:quarter].shape)
         if self.signed:
             values *= rng.choice([-1.0, 1.0], shape)
-        return np.round(values) if whole else np.asarray(values, dtype=np.float32).astype(float)
+        return np.round(values) if self.whole else np.asarray(values, dtype=np.float32).astype(float)
 
 
-UNIT = Domain(0.0, 1.0)
+PROPER = Domain(0.0, 1.0)
 APART = Domain(0.2, 2.0, signed=True, special=False)
 
 # By node and input, or by input alone: where the function is defined.
@@ -72,6 +79,8 @@ DOMAINS = {
     ("divide", "in2"): APART,
     ("dodge", "fg"): Domain(0.0, 0.9),
     ("exp", "in"): Domain(-10.0, 5.0),
+    ("ifequal", "value1"): Domain(-1.0, 1.0, whole=True),
+    ("ifequal", "value2"): Domain(-1.0, 1.0, whole=True),
     ("invertmatrix", "in"): Domain(special=False),  # no singular ones
     ("ln", "in"): Domain(0.01, 20.0),
     ("modulo", "in2"): APART,
@@ -84,8 +93,8 @@ DOMAINS = {
     ("sqrt", "in"): Domain(0.0, 4.0),
     ("tan", "in"): Domain(-1.5, 1.5),
     ("unpremult", "in"): Domain(0.1, 1.0),
-    ("hsvtorgb", "in"): UNIT,
-    ("rgbtohsv", "in"): UNIT,
+    ("hsvtorgb", "in"): PROPER,
+    ("rgbtohsv", "in"): PROPER,
     ("normalmap", "in"): Domain(0.0, 1.0, special=False),
     ("normalmap", "scale"): Domain(0.0, 2.0),
     "axis": Domain(special=False),
@@ -93,15 +102,15 @@ DOMAINS = {
     "tangent": Domain(special=False),
     "bitangent": Domain(special=False),
     "amount": Domain(-400.0, 400.0),
-    "bg": UNIT,
+    "bg": PROPER,
     "center": Domain(0.3, 0.45),
-    "fg": UNIT,
+    "fg": PROPER,
     "high": Domain(0.5, 2.0),
     "inhigh": Domain(0.5, 2.0),
     "inlow": Domain(-1.0, 0.25),
     "low": Domain(-1.0, 0.25),
-    "mask": UNIT,
-    "mix": UNIT,
+    "mask": PROPER,
+    "mix": PROPER,
     "texcoord": Domain(-0.25, 1.25),
 }
 
@@ -146,58 +155,65 @@ def variants(definition: Any) -> list[dict[str, str]]:
 
 @dataclass(frozen=True)
 class Shown:
-    """Up to three channels of a node, as expected and as found, shape (samples, 3)."""
+    """A node, or one row of it: the surface that shows it, its samples, and what was drawn for these."""
 
     label: str
-    tolerance: Tolerance
+    document: mx.Document  # elements do not keep it alive
+    surface: str
+    points: ShadingPoints
     found: Array
 
-    @property
-    def excess(self) -> Array:
-        """Error over allowance per sample; above 1 they differ."""
-        return self.tolerance.excess(self.found)
+    def tolerance(self) -> Tolerance:
+        """What the reference, as it is now, expects."""
+        return Surface(self.document.getNode(self.surface)).tolerance(self.points)
+
+
+class Stretch(NamedTuple):
+    """Samples that show a node: its colour, and the properties that it reads."""
+
+    label: str
+    color: str
+    properties: dict[str, Array]
 
 
 class Sheet:
     """The document of a set of nodes, and the properties of the samples that show them."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
+        self.rng = rng
         self._nodes: dict[str, str] = {}
         self._properties: dict[str, str] = {}  # type by name
-        self.stretches: list[tuple[str, dict[str, Array]]] = []
+        self.stretches: list[Stretch] = []
 
-    def add(self, definition: Any, given: Mapping[str, str]) -> None:
-        """A node with these literal inputs; its others vary from sample to sample."""
+    def add(self, definition: Any, given: Mapping[str, str], *, varying: bool) -> None:
+        """A node with these literal inputs; its others vary from sample to sample, or are left at their defaults."""
         category = str(definition.getNodeString())
         inputs, drawn, ranks = "", {}, defaultdict(count)
         for declared in definition.getActiveInputs():
             name, kind = str(declared.getName()), str(declared.getType())
             if name in given:
                 inputs += f'<input name="{name}" type="{kind}" value="{given[name]}"/>'
-            elif kind not in TEXTS and not declared.getIsUniform():
+            elif varying and kind not in TEXTS and not declared.getIsUniform():
                 domain = DOMAINS.get((category, name), DOMAINS.get(name, Domain()))
                 source = self._varying(kind, domain, ranks, drawn)
                 inputs += f'<input name="{name}" type="{kind}" nodename="{source}"/>'
         kind = str(definition.getActiveOutputs()[0].getType())
-        name = self._node(category, kind, inputs, f' nodedef="{definition.getName()}"')
-        channels = self._channels(name, kind)
-        for first in range(0, len(channels), 3):
-            shown = enumerate(channels[first : first + 3], 1)
-            sources = "".join(f'<input name="in{n}" type="float" nodename="{source}"/>' for n, source in shown)
-            self._show(" ".join([str(definition.getName()), *given.values()]), sources, drawn)
+        node = self._node(category, kind, inputs, f' nodedef="{definition.getName()}"')
+        label = " ".join([str(definition.getName()), *given.values()])
+        self.stretches += [Stretch(label, color, drawn) for color in self._colors(node, kind)]
 
     def document(self) -> str:
         """Surfaces s0, s1, ... that show one colour each, and the material m that chooses by the property `shown`."""
         chosen = ""
         text = property_node("shown", "integer")
-        for k in range(len(self.stretches)):
+        for k, stretch in enumerate(self.stretches):
             before = f'<input name="in2" type="color3" nodename="{chosen}"/>' if chosen else ""
             chosen = f"chosen{k}"
             text += (
                 f'<ifequal name="{chosen}" type="color3"><input name="value1" type="integer" nodename="shown"/>'
                 f'<input name="value2" type="integer" value="{k}"/>'
-                f'<input name="in1" type="color3" nodename="shown{k}"/>{before}</ifequal>' + unlit(f"s{k}", f"shown{k}")
+                f'<input name="in1" type="color3" nodename="{stretch.color}"/>{before}</ifequal>'
+                + unlit(f"s{k}", stretch.color)
             )
         text += unlit("s", chosen) + '<surfacematerial name="m" type="material">'
         text += '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>'
@@ -209,7 +225,7 @@ class Sheet:
         values = {"shown": np.repeat(np.arange(len(self.stretches), dtype=float), SAMPLES)}
         for name, kind in self._properties.items():
             shape = (SAMPLES,) if WIDTHS[kind] == 1 else (SAMPLES, WIDTHS[kind])
-            values[name] = np.concatenate([drawn.get(name, np.zeros(shape)) for _, drawn in self.stretches])
+            values[name] = np.concatenate([stretch.properties.get(name, np.zeros(shape)) for stretch in self.stretches])
         return values
 
     def _varying(self, kind: str, domain: Domain, ranks: Mapping[str, Iterator[int]], drawn: dict[str, Array]) -> str:
@@ -222,38 +238,40 @@ class Sheet:
             )
             return self._node("creatematrix", kind, inputs)
         if kind == "boolean":
-            source = self._varying("float", Domain(0.0, 1.0), ranks, drawn)
-            half = '<input name="value2" type="float" value="0.25"/>'
+            source = self._varying("float", PROPER, ranks, drawn)
+            half = '<input name="value2" type="float" value="0.55"/>'
             return self._node("ifgreater", kind, f'<input name="value1" type="float" nodename="{source}"/>{half}')
         name = f"{kind}_{next(ranks[kind])}"
         self._properties[name] = kind
         shape = (SAMPLES,) if WIDTHS[kind] == 1 else (SAMPLES, WIDTHS[kind])
-        drawn[name] = domain.draw(self._rng, shape, whole=kind == "integer")
+        drawn[name] = replace(domain, whole=domain.whole or kind == "integer").draw(self.rng, shape)
         return name
 
-    def _channels(self, source: str, kind: str) -> list[str]:
-        """Nodes of type float with all channels of a node."""
-        if kind in ("integer", "boolean"):
-            return [self._node("convert", "float", f'<input name="in" type="{kind}" nodename="{source}"/>')]
-        if kind == "float":
-            return [source]
+    def _colors(self, source: str, kind: str) -> list[str]:
+        """Nodes of type color3 that show a node's value; what is fourth is added to the third."""
         given = f'<input name="in" type="{kind}" nodename="{source}"/>'
-        if kind not in MATRICES:
-            places = (f'<input name="index" type="integer" value="{index}"/>' for index in range(WIDTHS[kind]))
-            return [self._node("extract", "float", given + place) for place in places]
-        # Rows as products with unit vectors: `extract` indexes what it is given by a uniform, and with matrices LLVM
-        # takes seconds for that.
-        size, row = MATRICES[kind]
-        rows = []
-        for unit in np.eye(size):
-            product = f'<input name="in" type="{row}" value="{", ".join(str(x) for x in unit)}"/>'
-            rows.append(self._node("transformmatrix", row, product + given.replace('"in"', '"mat"')))
-        return [channel for source in rows for channel in self._channels(source, row)]
-
-    def _show(self, label: str, sources: str, drawn: dict[str, Array]) -> None:
-        color = f"shown{len(self.stretches)}"
-        self._nodes[color] = f'<combine3 name="{color}" type="color3">{sources}</combine3>'
-        self.stretches.append((label, drawn))
+        if kind == "color3":
+            return [source]
+        if kind in MATRICES:
+            # Rows as products with unit vectors: `extract` indexes by a uniform, for which LLVM takes seconds.
+            size, row = MATRICES[kind]
+            ones = (", ".join(str(x) for x in unit) for unit in np.eye(size))
+            inputs = (f'<input name="in" type="{row}" value="{one}"/>' + given.replace('"in"', '"mat"') for one in ones)
+            return [c for product in inputs for c in self._colors(self._node("transformmatrix", row, product), row)]
+        if kind in ("integer", "boolean"):
+            source = self._node("convert", "float", given)
+        channels = [f'nodename="{source}"']
+        if WIDTHS.get(kind, 1) > 1:
+            parts = self._node(f"separate{WIDTHS[kind]}", "multioutput", given)
+            channels = [f'nodename="{parts}" output="out{c}"' for c in LETTERS[kind[:-1]][: WIDTHS[kind]]]
+        if len(channels) == 4:
+            part = self._node("multiply", "float", f'<input name="in1" type="float" {channels.pop()}/>{PART}')
+            terms = (
+                f'<input name="in1" type="float" {channels.pop()}/><input name="in2" type="float" nodename="{part}"/>'
+            )
+            channels.append(f'nodename="{self._node("add", "float", terms)}"')
+        shown = "".join(f'<input name="in{n}" type="float" {channel}/>' for n, channel in enumerate(channels, 1))
+        return [self._node("combine3", "color3", shown)]
 
     def _node(self, category: str, kind: str, inputs: str, attributes: str = "") -> str:
         name = f"n{len(self._nodes)}"
@@ -310,25 +328,40 @@ def draw(shader: Shader, points: ShadingPoints) -> Array:
 
 @pytest.fixture(scope="module")
 def shown(gl, library: DataLibrary, make_document) -> Callable[..., list[Shown]]:
-    """Function from the names of node definitions to their channels, as drawn and as the reference has them.
+    """Function from definitions to what is drawn of their nodes, with inputs that vary.
 
-    With literal inputs by definition, each of these is a node instead of one whose inputs all vary.
+    Instead of its name, a definition may be given with literal inputs; the others are left at their defaults then.
     """
 
-    def compare(names: Iterable[str], literals: Mapping[str, list[dict[str, str]]] | None = None) -> list[Shown]:
-        rng = np.random.default_rng([SEED, crc32(" ".join(names).encode())])
-        sheet = Sheet(rng)
-        for name in names:
+    def draw_all(nodes: Iterable[str | tuple[str, Mapping[str, str]]]) -> list[Shown]:
+        listed = list(nodes)
+        sheet = Sheet(np.random.default_rng([SEED, crc32(str(listed).encode())]))
+        for node in listed:
+            name, literals = (node, None) if isinstance(node, str) else node
             definition = library.document.getNodeDef(name)
-            for given in (literals or {}).get(name) or variants(definition):
-                sheet.add(definition, given)
+            for given in variants(definition) if literals is None else [literals]:
+                sheet.add(definition, given, varying=literals is None)
         document = make_document(sheet.document())
-        points = random_points(rng, sheet.properties())
+        points = random_points(sheet.rng, sheet.properties())
         found = draw(generate(document.getNode("m"), "glsl", library), points)
-        stretches = [slice(k * SAMPLES, (k + 1) * SAMPLES) for k in range(len(sheet.stretches))]
+        parts = (slice(k * SAMPLES, (k + 1) * SAMPLES) for k in range(len(sheet.stretches)))
         return [
-            Shown(label, Surface(document.getNode(f"s{k}")).tolerance(points.part(part)), found[part])
-            for k, ((label, _), part) in enumerate(zip(sheet.stretches, stretches, strict=True))
+            Shown(stretch.label, document, f"s{k}", points.part(part), found[part])
+            for k, (stretch, part) in enumerate(zip(sheet.stretches, parts, strict=True))
         ]
 
-    return compare
+    return draw_all
+
+
+@pytest.fixture(scope="module")
+def evaluated(library: DataLibrary, make_document) -> Callable[..., Array]:
+    """Function from a definition and literal inputs to what the reference shows of the node, a row per colour."""
+
+    def shade(name: str, given: Mapping[str, str]) -> Array:
+        sheet = Sheet(np.random.default_rng(SEED))
+        sheet.add(library.document.getNodeDef(name), given, varying=False)
+        document = make_document(sheet.document())
+        points = random_points(sheet.rng, sheet.properties())
+        return np.array([Surface(document.getNode(f"s{k}")).shade(points)[0] for k in range(len(sheet.stretches))])
+
+    return shade
