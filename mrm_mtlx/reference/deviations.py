@@ -13,9 +13,9 @@ from enum import Enum
 class Deviation(Enum):
     """A known deviation; the value is its name in reports and in docs/upstream-notes.md.
 
-    `PREMULTIPLIED_MIX`: inside of a graph, generators write a mixture of BSDFs as the sum of both with their weights
-    multiplied. The response is the same. The throughput is not where one of the two is opaque at any weight, or has
-    none: it is lost, and what lies below in a layer with it.
+    `PREMULTIPLIED_MIX`: generators write a mixture of BSDFs whose amount is connected as the sum of both with their
+    weights multiplied. The response is the same. The throughput is not where one of the two is opaque at any weight, or
+    has none: it is lost, and what lies below in a layer with it.
 
     `LOWP_SAMPLERS`: samplers of generated ESSL have the language's default precision, lowp, so that colours of images
     may be off by 2^-8 (GLSL ES 3.00, section 4.5.4).

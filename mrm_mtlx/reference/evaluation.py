@@ -320,9 +320,12 @@ class _NodeInputs:
         self._settled += 1
         return self.evaluation.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
 
-    @property
-    def inside_graph(self) -> bool:
-        return self.scope.node is not None
+    def is_connected(self, name: str) -> bool:
+        given = self.node.getInput(name)
+        if given is None:
+            return False
+        found = source(given, self.scope)
+        return bool(given.getInterfaceName()) if found is None else found[0].getCategory() != "constant"
 
     def is_weighted(self, name: str) -> bool:
         given = self.node.getInput(name)

@@ -117,7 +117,7 @@ def _layer_medium(inputs: Inputs) -> Value:
 def _mix(inputs: Inputs) -> Value:
     front, back, amount = inputs.closure("fg"), inputs.closure("bg"), inputs.array("mix")
     mixed = closures.mix(front, back, amount)
-    if not inputs.inside_graph:
+    if not inputs.is_connected("mix"):
         return mixed
     weighted = inputs.is_weighted("fg"), inputs.is_weighted("bg")
     multiplied = closures.premultiplied_mix(front, back, amount, weighted)

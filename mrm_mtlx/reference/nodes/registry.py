@@ -105,9 +105,8 @@ class Inputs(Protocol):
         """
         ...
 
-    @property
-    def inside_graph(self) -> bool:
-        """Whether the node stands in the graph that defines another node."""
+    def is_connected(self, name: str) -> bool:
+        """Whether an input takes its value from a node or an interface; constants are numbers to generators."""
         ...
 
     def is_weighted(self, name: str) -> bool:

@@ -1,0 +1,104 @@
+"""Each known deviation of MaterialX, in a small document: the shader deviates, and the reference can likewise."""
+
+from __future__ import annotations
+
+import pytest
+
+from mrm_mtlx.engines.gl import SurfaceProgram
+from mrm_mtlx.reference.deviations import TARGETS, Deviation, possible
+from mrm_mtlx.shadergen import generate
+from mrm_mtlx.validation.expectation import Expectation
+from mrm_mtlx.validation.sampling import generator
+
+LAYERED = """
+  <nodedef name="ND_flaky" node="flaky">
+    <input name="amount" type="float" value="0.5"/><output name="out" type="surfaceshader"/>
+  </nodedef>
+  <nodegraph name="NG_flaky" nodedef="ND_flaky">
+    <conductor_bsdf name="metal" type="BSDF"/>
+    <dielectric_bsdf name="glass" type="BSDF"/>
+    <mix name="flakes" type="BSDF">
+      <input name="fg" type="BSDF" nodename="metal"/><input name="bg" type="BSDF" nodename="glass"/>
+      <input name="mix" type="float" interfacename="amount"/>
+    </mix>
+    <oren_nayar_diffuse_bsdf name="paint" type="BSDF"/>
+    <layer name="both" type="BSDF">
+      <input name="top" type="BSDF" nodename="flakes"/><input name="base" type="BSDF" nodename="paint"/>
+    </layer>
+    <surface name="shown" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="both"/></surface>
+    <output name="out" type="surfaceshader" nodename="shown"/>
+  </nodegraph>
+  <flaky name="flakes" type="surfaceshader"/>
+  <surfacematerial name="m" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="flakes"/>
+  </surfacematerial>
+"""
+# The seventh decimal of a small number is a large share of it.
+SMALL = """
+  <nodedef name="ND_small" node="small"><output name="out" type="float"/></nodedef>
+  <nodegraph name="NG_small" nodedef="ND_small">
+    <divide name="d" type="float">
+      <input name="in1" type="float" value="0.00012345678"/><input name="in2" type="float" value="0.0002"/>
+    </divide>
+    <output name="out" type="float" nodename="d"/>
+  </nodegraph>
+  <small name="share" type="float"/>
+  <oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">
+    <input name="weight" type="float" nodename="share"/>
+  </oren_nayar_diffuse_bsdf>
+  SURFACE
+"""
+SURFACE = """
+  <surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf"/></surface>
+  <surfacematerial name="m" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="s"/>
+  </surfacematerial>
+"""
+DOCUMENTS = {
+    Deviation.PREMULTIPLIED_MIX: LAYERED,
+    Deviation.SIX_DECIMALS: SMALL.replace("SURFACE", SURFACE),
+    Deviation.DEFAULT_COLORS: '<LamaConductor name="bsdf" type="BSDF"/>' + SURFACE,
+}
+
+
+def verdict(document, library, target="glsl"):
+    element = document.getNode("m")
+    expectation = Expectation(element, generator(0, "deviation"), 512, lambda _name: None)
+    with SurfaceProgram(generate(element, target, library)) as program:
+        return expectation.compare(expectation.draw(program), target)
+
+
+@pytest.mark.parametrize("deviation", DOCUMENTS)
+def test_a_shader_that_deviates_as_known_is_told_by_name(gl, make_document, library, deviation):
+    found = verdict(make_document(DOCUMENTS[deviation]), library)
+    assert deviation in found.deviations
+    assert found.comparison.passed
+    assert found.specified is not None
+    assert not found.specified.passed
+    assert found.specified.max_error > 100.0 * found.comparison.max_error
+
+
+def test_another_error_is_no_known_deviation(gl, make_document, library):
+    text = DOCUMENTS[Deviation.SIX_DECIMALS]
+    true, wrong = make_document(text), make_document(text.replace('value="0.0002"', 'value="0.000201"'))
+    expectation = Expectation(true.getNode("m"), generator(0, "deviation"), 512, lambda _name: None)
+    with SurfaceProgram(generate(wrong.getNode("m"), "glsl", library)) as program:
+        found = expectation.compare(expectation.draw(program), "glsl")
+    assert not found.comparison.passed
+    assert found.deviations == frozenset()
+
+
+def test_a_mixture_by_a_number_is_as_specified(gl, surface_document, library):
+    inner = LAYERED[LAYERED.index("<conductor_bsdf") : LAYERED.index('<surface name="shown"')]
+    found = verdict(
+        surface_document(inner.replace('name="both"', 'name="bsdf"').replace('interfacename="amount"', 'value="0.5"')),
+        library,
+    )
+    assert found.comparison.passed
+    assert found.specified is None
+
+
+def test_a_deviation_of_one_target_is_not_looked_for_on_another():
+    every = frozenset(Deviation)
+    assert possible(every, "essl") == every
+    assert possible(every, "glsl") == every - set(TARGETS)
