@@ -43,7 +43,7 @@ def _hsv(inputs: Inputs, in_: Array) -> Array:
         4.0 + (red - green) / span,
     )
     hue = np.where(colored, sixths / 6.0, 0.0)
-    # Towards red, where it jumps from 1 to 0.
+    # Moved towards 0, across which it jumps to 1.
     hue = displaced(inputs, hue, np.where(colored, -np.copysign(UNIT * size / (3.0 * span), hue), 0.0))
     saturation = displaced(inputs, chroma / top, np.where(colored, UNIT * size / top, 0.0))
     return vector(hue + inputs.discrete(np.less(hue, 0.0)), np.where(colored, saturation, 0.0), high, *in_[3:])

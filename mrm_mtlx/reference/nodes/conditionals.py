@@ -32,12 +32,12 @@ def _compared(comparison: Callable[..., Array]) -> Callable[..., Array]:
     return compare
 
 
+_KINDS = (*CHANNELS, "integer", *MATRICES)
+
 # Suffixes of the definitions by what is compared: floats, integers; and booleans, of which only equality is asked.
 for _suffix, _names in {"": _COMPARISONS, "I": _COMPARISONS, "B": ("ifequal",)}.items():
-    _kinds = (*CHANNELS, "integer", *MATRICES)
-    define({name: _chosen(_COMPARISONS[name]) for name in _names}, [f"{kind}{_suffix}" for kind in _kinds])
+    define({name: _chosen(_COMPARISONS[name]) for name in _names}, [f"{kind}{_suffix}" for kind in _KINDS])
     define({name: _compared(_COMPARISONS[name]) for name in _names}, [f"boolean{_suffix}"])
-
 
 _LOGIC: Table = {
     "and": lambda in1, in2: np.logical_and(in1, in2),

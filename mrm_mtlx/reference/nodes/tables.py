@@ -53,8 +53,3 @@ def vector(*components: Array) -> Array:
 def scalar(values: Array) -> Array:
     """A scalar, shape (samples,), or () where it is the same at all samples."""
     return values.reshape(()) if values.shape == (1,) else values
-
-
-def channel(a: Array, index: int) -> Array:
-    """One channel of a vector, or one row of a matrix."""
-    return scalar(a[index])
