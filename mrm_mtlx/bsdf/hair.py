@@ -96,14 +96,16 @@ def longitudinal(
     return np.asarray(np.where(v < variance_switch, narrow, rough))
 
 
-def azimuthal(phi: ArrayLike, scale: ArrayLike, *, exponential_error: float = 0.0) -> Array:
+def azimuthal(phi: ArrayLike, scale: ArrayLike, *, apart: ArrayLike = 0.0, exponential_error: float = 0.0) -> Array:
     """Azimuthal scattering N_p at an angle phi from the path's own azimuth, shape (...), 1/rad.
 
     A logistic distribution trimmed to [-pi, pi] (Chiang et al. 2016, appendix A), whose integral over a full turn is 1.
-    `exponential_error` is a relative error given to its exponential, per unit of the exponent plus one.
+    `apart` is added to the distance from the path's azimuth, not beyond 0; `exponential_error` is a relative error
+    given to the exponential, per unit of the exponent plus one.
     """
     s = np.asarray(scale, dtype=float) * _LOGISTIC_SCALE
     turned = np.abs(np.remainder(np.asarray(phi, dtype=float) + np.pi, 2.0 * np.pi) - np.pi)
+    turned = np.clip(turned + np.asarray(apart), 0.0, np.pi)
     falling = np.exp(-turned / s)
     falling = np.maximum(falling * (1.0 + exponential_error * (1.0 + turned / s)), 0.0)
     trimmed = 1.0 / (1.0 + np.exp(-np.pi / s)) - 1.0 / (1.0 + np.exp(np.minimum(np.pi / s, 700.0)))

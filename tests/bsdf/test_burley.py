@@ -10,7 +10,7 @@ from mrm_mtlx.bsdf import diffuse
 EPS = np.finfo(float).eps
 FORMULA_TOL = 32 * EPS
 
-# Absolute. What the fit misses the lobe's albedo by: 0.0132 was measured, at roughness 0.5 and n.v 0.05; at roughness 0,
+# Absolute. What the fit misses the albedo by: 0.0132 was measured, at roughness 0.5 and n.v 0.05; at roughness 0,
 # where the albedo has the form of the fit, 1e-6, the digits of its coefficients.
 FIT_ERROR = 0.014
 SMOOTH_FIT_ERROR = 2e-6

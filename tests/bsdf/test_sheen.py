@@ -49,8 +49,8 @@ def test_the_visibility_is_reciprocal_and_no_less_than_that_of_unmasked_facets(r
     assert np.all(found * 4.0 * np.maximum(cos_v, cos_l) <= 1.0 + FORMULA_TOL)
 
 
-# Absolute. What MaterialX's fit misses the lobe's albedo by, for n.v of 0.1 and more: 0.040 was measured (roughness 0.2,
-# n.v 0.1); below it clamps.
+# Absolute. What MaterialX's fit misses the lobe's albedo by, for n.v of 0.1 and more: 0.040 was measured (roughness
+# 0.2, n.v 0.1).
 FIT_ERROR = 0.042
 
 
@@ -85,13 +85,13 @@ def test_an_error_of_the_terms_moves_the_albedo_up_by_their_sum():
     assert sheen.fibre_albedo(c, r, rounding=step) - exact == pytest.approx(expected, abs=4 * EPS)
 
 
-# Linearly transformed cosines ------------------------------------------------------------------------------------------
+# Linearly transformed cosines -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("cos_v", "roughness"), [(0.1, 0.1), (0.5, 0.3), (0.9, 0.6), (1.0, 1.0), (0.02, 1.0)])
 def test_the_transformed_cosine_integrates_to_one(cos_v, roughness):
     a, b = sheen.ltc_scale(cos_v, roughness), sheen.ltc_shear(cos_v, roughness)
-    # In the directions before the transformation the density is the cosine over pi; so the points are dense where it is.
+    # In the directions before the transformation the density is the cosine over pi: the points are dense where it is.
     count = 2000
     z = np.sqrt((np.arange(count) + 0.5) / count)
     phi = np.arange(64) * (2.0 * np.pi / 64)
@@ -99,7 +99,7 @@ def test_the_transformed_cosine_integrates_to_one(cos_v, roughness):
     z = np.broadcast_to(z[:, None], (count, 64))
     x, y = (sine * np.cos(phi) - b * z) / a, sine * np.sin(phi) / a
     length = np.sqrt(x * x + y * y + z * z)
-    # The solid angle of M w is |M| / |M w|^3, |M| = 1 / a^2; the points share the cosine's hemisphere, 1 / (z / pi) each.
+    # The solid angle of M w is |M| / |M w|^3, |M| = 1 / a^2; before it, each point has its share of pi / z.
     solid_angle = np.pi / z / (count * 64) / (a**2 * length**3)
     density = sheen.ltc_density(x / length, y / length, z / length, a, b)
     assert np.sum(density * solid_angle) == pytest.approx(1.0, rel=1e-12)

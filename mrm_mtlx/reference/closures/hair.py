@@ -85,10 +85,9 @@ def chiang_hair(light: Light, fibre: Fibre) -> Closure:
         facets = Facets(np.ones(()), width[0], width[1], none, none, none + 1.0, fibre.normal, fibre.direction)
         tint = (fibre.tint_r + fibre.tint_tt + fibre.tint_trt) / 3.0
         return opaque(dielectric(light, facets, np.ones((3, 1)), fibre.ior).response * tint)
-    geometry = _geometry(light, fibre)
-    errors = _errors(light.part, geometry, fibre)
+    at = _geometry(light, fibre)
     # Each path on its own, so that what one loses by an error does not hide what another gains.
-    paths = (widened(partial(_path, geometry, fibre, path), **errors) for path in range(4))
+    paths = (widened(partial(_path, at, fibre, path), **_errors(light.part, at, fibre, path)) for path in range(4))
     return opaque(np.asarray(sum(paths) / np.pi))
 
 
@@ -108,6 +107,21 @@ def _geometry(light: Light, fibre: Fibre) -> _Geometry:
     )
 
 
+def _section(
+    at: _Geometry,
+    ior: Array,
+    cos2_o: Array | float = 0.0,
+    sin2_gamma: Array | float = 0.0,
+    bend: Array | float = 0.0,
+) -> tuple[Array, Array]:
+    """Sines of gamma outside and inside of the fibre, in its round section; displaced as `_errors` says."""
+    squared = 1.0 - at.cos_gamma * at.cos_gamma + sin2_gamma
+    # An error beyond 0 comes out on the other side of the fibre.
+    outside = np.clip(at.side * np.sign(squared) * np.sqrt(np.abs(squared)), -1.0, 1.0)
+    eta = _root(ior * ior - at.sin_o * at.sin_o) / np.maximum(_root(1.0 - at.sin_o * at.sin_o + cos2_o), EPSILON)
+    return outside, np.clip(outside / eta * (1.0 + bend), -1.0, 1.0)
+
+
 def _path(
     at: _Geometry,
     fibre: Fibre,
@@ -119,46 +133,40 @@ def _path(
     bend: Array | float = 0.0,
     crossing: Array | float = 0.0,
     reflected: Array | float = 0.0,
-    turn: float = 0.0,
+    azimuth: Array | float = 0.0,
     exponent: float = 0.0,
     switch: float = 0.0,
-    arcs: float = 0.0,
     sine: float = 0.0,
     cosine: float = 0.0,
     exponentials: float = 0.0,
 ) -> Array:
     """M_p N_p A_p of a path, tinted, shape (3, samples); its intermediate results displaced as `_errors` says."""
     cos_o, cos_i = (_root(1.0 - s * s + lost) for s, lost in ((at.sin_o, cos2_o), (at.sin_i, cos2_i)))
-    squared = 1.0 - at.cos_gamma * at.cos_gamma + sin2_gamma
-    # An error beyond 0 comes out on the other side of the fibre.
-    sin_gamma = np.clip(at.side * np.sign(squared) * np.sqrt(np.abs(squared)), -1.0, 1.0)
-    eta = _root(fibre.ior * fibre.ior - at.sin_o * at.sin_o) / np.maximum(cos_o, EPSILON)
-    sin_inside = np.clip(sin_gamma / eta * (1.0 + bend), -1.0, 1.0)
-    gamma_o, gamma_t = np.arcsin(sin_gamma), np.arcsin(sin_inside)
-
     f = np.clip(fresnel.dielectric(cos_o * at.cos_gamma, fibre.ior) + reflected, 0.0, 1.0)
-    length = 2.0 * _root(1.0 - np.square(sin_inside)) / _root(1.0 - np.square(at.sin_o / fibre.ior))
+    _, inside = _section(at, fibre.ior, cos2_o, sin2_gamma, bend)
+    length = 2.0 * _root(1.0 - np.square(inside)) / _root(1.0 - np.square(at.sin_o / fibre.ior))
     depth = fibre.absorption * length * (1.0 + crossing)
     transmitted = np.exp(-depth) * (1.0 + exponentials * exponential_error(depth))
     # Besides, whatever is too small for float32 is 0: the factors, and their products.
     flushed = exponentials * SMALLEST
     share = hair.attenuations(f, transmitted)[path] + flushed
 
-    tint = (fibre.tint_r, fibre.tint_tt, fibre.tint_trt, fibre.tint_trt)[path]
+    tint = np.maximum((fibre.tint_r, fibre.tint_tt, fibre.tint_trt, fibre.tint_trt)[path], 0.0)
     roughness = (fibre.roughness_r, fibre.roughness_tt, fibre.roughness_trt, fibre.roughness_trt)[path]
     variance, scale = np.clip(roughness, _LEAST_ROUGHNESS, 1.0)
     shifted = _shifted(path, at.sin_i, cos_i, fibre.cuticle_angle, sine, cosine)
     along = _longitudinal(shifted, (at.sin_o, cos_o), variance, exponent, switch, exponentials)
     if path == 3:
-        return np.asarray(along * _REST_AZIMUTHAL * np.maximum(tint, 0.0) * share + 3.0 * flushed)
-    exit_azimuth = hair.exit_azimuth(path, gamma_o, gamma_t)
-    # The arcs err together: the lobe falls exponentially, and their movements multiply.
-    lengths = np.abs(at.phi) + np.abs(2.0 * path * gamma_t) + np.abs(2.0 * gamma_o)
-    moved = arcs * lengths + turn * (lengths + path * np.pi)
+        return np.asarray(along * _REST_AZIMUTHAL * tint * share + 3.0 * flushed)
     # Of the exponential 3 + 2 x ulp, of its argument's division and constants four more per unit.
-    about = hair.azimuthal(at.phi - exit_azimuth + moved, scale, exponential_error=exponentials * 6.0 * ULP)
-    about = about + 2.0 * flushed / scale
-    return np.asarray(along * about * np.maximum(tint, 0.0) * share + 3.0 * flushed)
+    apart, error = at.phi - _exit_azimuth(at, fibre.ior, path), exponentials * 6.0 * ULP
+    about = hair.azimuthal(apart, scale, apart=azimuth, exponential_error=error) + 2.0 * flushed / scale
+    return np.asarray(along * about * tint * share + 3.0 * flushed)
+
+
+def _exit_azimuth(at: _Geometry, ior: Array, path: int, **displaced: Array | float) -> Array:
+    outside, inside = _section(at, ior, **displaced)
+    return hair.exit_azimuth(path, np.arcsin(outside), np.arcsin(inside))
 
 
 def _shifted(
@@ -200,16 +208,19 @@ def _longitudinal(
     return np.asarray(value * (1.0 + exponentials * relative) + exponentials * SMALLEST)
 
 
-def _errors(part: str, at: _Geometry, fibre: Fibre) -> dict[str, Array | float]:
-    """Errors of what `_path` displaces, in full, for a moved part."""
+def _errors(part: str, at: _Geometry, fibre: Fibre, path: int) -> dict[str, Array | float]:
+    """Errors of what `_path` displaces, in full, for a moved part.
+
+    Those of the azimuth are joined to one: the lobe falls exponentially, so that their movements would multiply, and it
+    may peak between them.
+    """
+    arcs = np.abs(at.phi)
+    for times, sine in zip((2.0, 2.0 * path), _section(at, fibre.ior), strict=True):
+        arcs = arcs + times * np.abs(np.arcsin(sine))
     if part == "functions":
-        return {
-            "arcs": ARCTANGENT_ERROR,
-            # In sines and cosines of the cuticle's tilt; beyond pi, to which it goes for TRT, no bound is stated.
-            "sine": SINE_ERROR,
-            "cosine": SINE_ERROR,
-            "exponentials": 1.0,
-        }
+        # Of sines and cosines of the cuticle's tilt; beyond pi, to which it goes for TRT, no bound is stated.
+        tilt = {"sine": SINE_ERROR, "cosine": SINE_ERROR}
+        return {"azimuth": ARCTANGENT_ERROR * arcs, "exponentials": 1.0, **tilt}
     if part != "reflectance":
         return {}
     sin2, ior2 = np.square(at.sin_o), np.square(fibre.ior)
@@ -217,15 +228,16 @@ def _errors(part: str, at: _Geometry, fibre: Fibre) -> dict[str, Array | float]:
     f = fresnel.dielectric(cos_d, fibre.ior)
     with np.errstate(divide="ignore"):
         inside = np.minimum((ior2 + sin2) / np.abs(ior2 - sin2), 1.0 / _ROUNDED)
+    # The index seen across the fibre cancels for an index near 1, and with it the path through the fibre.
+    section: dict[str, Array | float] = {"cos2_o": _CANCELLED, "sin2_gamma": _CANCELLED, "bend": _ROUNDED * inside}
+    exit_azimuth = partial(_exit_azimuth, at, fibre.ior, path)
+    turned = ROUNDING_FACTOR * (widened(exit_azimuth, **section) - exit_azimuth())
     return {
-        "cos2_o": _CANCELLED,
+        **section,
         "cos2_i": _CANCELLED,
-        "sin2_gamma": _CANCELLED,
-        # Of the index seen across the fibre, and of the path through it; both cancel for an index near 1.
-        "bend": _ROUNDED * inside,
         "crossing": _ROUNDED * inside,
         "reflected": ROUNDING_FACTOR * amplitude_error(f, cos_d, fibre.ior) + _ROUNDED * f,
-        "turn": _ROUNDED,
+        "azimuth": turned + _ROUNDED * (arcs + path * np.pi),
         "exponent": _ROUNDED,
         "switch": 1.0,
     }

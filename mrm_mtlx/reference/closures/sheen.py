@@ -71,21 +71,20 @@ def _fibres(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
     exponent = 0.5 * cloth.fibre_exponent(roughness)
     sin2_h = 1.0 - np.square(cos_h)
 
-    def distribution(lost: Array | float = 0.0, power: Array | float = 0.0) -> Array:
-        sin2 = np.clip(sin2_h + lost, 0.0, 1.0)
-        value = cloth.fibre_distribution(sin2, roughness)
-        return np.asarray(value + power * (1.0 + exponent) / np.pi)
+    def distribution(lost: Array | float = 0.0, power: Array | float = 0.0, flushed: float = 0.0) -> Array:
+        value = cloth.fibre_distribution(np.clip(sin2_h + lost, 0.0, 1.0), roughness)
+        return np.asarray(value + power * (1.0 + exponent) / np.pi + flushed)
 
     if light.part == "reflectance":
         # The sine is what 1 leaves of the squared cosine.
         d = widened(distribution, lost=2.0 * _COSINE_ERROR)
     elif light.part == "functions":
         # The exponent's own error, of a division (2.5 ulp) and of a number, counts by log(sin2).
-        # A power that is too small for float32 is 0.
+        # What is too small for float32 is 0: the power, and what follows from it.
         power = ROUNDING_FACTOR * power_error(sin2_h, exponent, fast=False) + SMALLEST
         with np.errstate(divide="ignore", invalid="ignore"):
             by_exponent = np.nan_to_num(sin2_h**exponent * exponent * np.abs(np.log(sin2_h)) * 3.0 * ULP)
-        d = widened(distribution, power=power + by_exponent)
+        d = widened(distribution, power=power + by_exponent, flushed=SMALLEST)
     else:
         d = distribution()
     return d * cloth.fibre_visibility(cos_v, cos_l) * cos_l
