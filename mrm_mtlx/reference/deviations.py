@@ -22,6 +22,8 @@ class Deviation(Enum):
 
     `SIX_DECIMALS`: numbers inside of a graph are written into the source with six decimals; 0.00277778 is 0.002778.
 
+    `UNMIXED_ZERO`: `burn` and `dodge` give 0 where they would divide by 0, also where their `mix` hides the effect.
+
     `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
     space of the file that defines it.
     """
@@ -29,6 +31,7 @@ class Deviation(Enum):
     PREMULTIPLIED_MIX = "premultiplied-mix"
     LOWP_SAMPLERS = "lowp-samplers"
     SIX_DECIMALS = "six-decimals"
+    UNMIXED_ZERO = "unmixed-zero"
     DEFAULT_COLORS = "default-colors"
 
 

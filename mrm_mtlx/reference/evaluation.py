@@ -81,7 +81,8 @@ class Evaluation:
     exact: Discrete | None = None
     discrete: Discrete = field(default_factory=Discrete)
     lobes: list[Facets] = field(default_factory=list)
-    used: set[str] = field(default_factory=set)  # geometry, by the names of `frame` and of properties
+    used: set[str] = field(default_factory=set)  # geometry, by the names of `frame`
+    asked: dict[str, str] = field(default_factory=dict)  # geometric properties and their types
     foreign: set[str] = field(default_factory=set)  # numbers that OSL has otherwise
     met: set[Deviation] = field(default_factory=set)  # where MaterialX's code may deviate
 
@@ -276,10 +277,9 @@ class _NodeInputs:
     def frame(self) -> Mapping[str, Array]:
         return self.evaluation.frame
 
-    @property
-    def properties(self) -> Mapping[str, Array]:
-        self.evaluation.used |= self.evaluation.properties.keys()
-        return self.evaluation.properties
+    def geometric_property(self, name: str, default: Array) -> Array:
+        self.evaluation.asked[name] = str(self.definition.getType())
+        return self.evaluation.properties.get(name, default)
 
     @property
     def lights(self) -> list[Light]:

@@ -75,7 +75,7 @@ def power_error(base: Array, exponent: Array, *, fast: bool) -> Array:
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         argument = np.abs(exponent * np.log2(np.maximum(base, np.finfo(np.float32).tiny)))
-        relative = np.log(2.0) * exponent * (2.0**-21) + (3.0 + 2.0 * argument + 3.0 * argument) * 2.0 * UNIT
+        relative = np.log(2.0) * np.abs(exponent) * (2.0**-21) + (3.0 + 2.0 * argument + 3.0 * argument) * 2.0 * UNIT
         power = np.maximum(base, 0.0) ** exponent
     return np.asarray(power * (relative + (FAST_EXPONENTIAL if fast else 0.0)) / ROUNDING_FACTOR)
 

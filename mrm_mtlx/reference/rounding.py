@@ -131,6 +131,10 @@ class Tolerance:
         return self.relative_errors(self.expected + self.allowed)
 
     def excess(self, found: NDArray[np.floating]) -> Array:
-        """Error over allowance, largest channel, shape (samples,); above 1 is a difference, NaN counts as infinite."""
-        ratio = np.max(np.abs(found - self.expected) / self.allowed, axis=-1)
-        return np.where(np.isnan(ratio), np.inf, ratio)
+        """Error over allowance, largest channel, shape (samples,); above 1 is a difference.
+
+        NaN counts as infinite; an infinite value where it is expected is none.
+        """
+        with np.errstate(invalid="ignore"):
+            ratio = np.where(found == self.expected, 0.0, np.abs(found - self.expected) / self.allowed)
+        return np.asarray(np.max(np.where(np.isnan(ratio), np.inf, ratio), axis=-1))

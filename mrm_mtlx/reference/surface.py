@@ -18,7 +18,7 @@ from mrm_mtlx.reference.rounding import EXACT, OUTPUT_ROUNDINGS, SMALLEST, UNIT,
 from mrm_mtlx.reference.survey import Survey, UnsupportedError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
@@ -38,7 +38,9 @@ class Traits:
     foreign
         What of its response OSL's renderers have as another model; empty for `Model.HARDWARE`.
     geometry
-        What of the shading frame (see `nodes.Inputs.frame`) and of geometric properties it depends on.
+        What of the shading frame (see `nodes.Inputs.frame`) it depends on.
+    properties
+        The geometric properties that it depends on, and their types.
     deviations
         Where MaterialX's code may deviate from the specification.
     """
@@ -46,6 +48,7 @@ class Traits:
     lobes: list[Facets]
     foreign: frozenset[str]
     geometry: frozenset[str]
+    properties: Mapping[str, str]
     deviations: frozenset[Deviation]
 
 
@@ -112,7 +115,11 @@ class Surface:
         value = self._value(evaluation)
         foreign = value.foreign if isinstance(value, ShaderValue) else frozenset()
         return Traits(
-            evaluation.lobes, foreign | evaluation.foreign, frozenset(evaluation.used), frozenset(evaluation.met)
+            evaluation.lobes,
+            foreign | evaluation.foreign,
+            frozenset(evaluation.used),
+            evaluation.asked,
+            frozenset(evaluation.met),
         )
 
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
@@ -136,7 +143,10 @@ class Surface:
             chosen += opposite_moves()
         for move in chosen:
             moved = self._color(points, illumination, move, exact.discrete)
-            allowed = allowed + move.factor * np.abs(moved - expected)
+            with np.errstate(invalid="ignore"):
+                moved_by = np.where(moved == expected, 0.0, np.abs(moved - expected))
+            # What a rounding makes undefined may be anything.
+            allowed = allowed + move.factor * np.where(np.isnan(moved_by), np.inf, moved_by)
         return expected, allowed
 
     def _evaluation(
@@ -177,7 +187,8 @@ def constant_input(node: Any, name: str) -> Array | str | None:
         return None
     evaluation = Evaluation(_TWO_POINTS)
     try:
-        value = evaluation.input_value(node, definition, name, Scope(), evaluation.light)
+        with np.errstate(all="ignore"):
+            value = evaluation.input_value(node, definition, name, Scope(), evaluation.light)
     except (KeyError, AttributeError, TypeError):  # an interface that is bound only where the graph is used
         return None
     if isinstance(value, str):

@@ -84,6 +84,7 @@ class Expectation:
         self.lobes: list[sampling.LobeShape] = []
         self._element, self._images = element, images
         self._met: frozenset[Deviation] = frozenset()
+        kinds: Mapping[str, str] = {}
         try:
             self.surface = Surface(element, images=images)
         except (UnsupportedError, RecursionError) as error:
@@ -91,12 +92,12 @@ class Expectation:
         else:
             traits = self.surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
             self.lobes = [shape_of(facets) for facets in traits.lobes]
-            self._met = traits.deviations
+            self._met, kinds = traits.deviations, traits.properties
         # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
         sharp = [lobe for lobe in self.lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
         v, l = sampling.sample_local(rng, samples, sharp)
         l[_BELOW::_DIRECTIONS, 2] *= -1.0
-        lit = sampling.shading_points(rng, v, l)
+        lit = sampling.shading_points(rng, v, l, sampling.geometric_properties(rng, kinds, samples))
         self._points = lit, lit.part(slice(0, -(-samples // _DIRECTIONS)))
         self._tolerances: dict[frozenset[Deviation], list[Tolerance]] = {}
 

@@ -56,7 +56,7 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
     other = sorted(traits.foreign)
     if other:
         return f"its {', '.join(other)} is another model in OSL's renderers"
-    if any(lobe.alpha_x != lobe.alpha_y for lobe in lobes) or not traits.geometry <= _GEOMETRY:
+    if any(lobe.alpha_x != lobe.alpha_y for lobe in lobes) or traits.properties or not traits.geometry <= _GEOMETRY:
         return "facets for the measurement have no tangents, positions or texture coordinates of their own"
     if any(min(lobe.alpha_x, lobe.alpha_y) < NARROWEST for lobe in lobes):
         return f"a lobe is narrower than {NARROWEST}, which renderers of OSL cannot hold in float32"

@@ -99,6 +99,22 @@ def shading_points(
     )
 
 
+def geometric_properties(rng: np.random.Generator, kinds: Mapping[str, str], count: int) -> dict[str, Array]:
+    """Values of geometric properties by name, from their types: (count,) or (count, components), in [0, 1].
+
+    Integers are 0 to 3. A boolean is the same at all samples, false: generated shaders have it as a uniform.
+    """
+    drawn: dict[str, Array] = {}
+    for name, kind in sorted(kinds.items()):
+        if kind == "boolean":
+            drawn[name] = np.zeros(count)
+        elif kind == "integer":
+            drawn[name] = rng.integers(0, 4, count).astype(float)
+        else:
+            drawn[name] = rng.random(count if kind == "float" else (count, int(kind[-1])))
+    return drawn
+
+
 def reflect_at_slopes(v: Array, lobe: LobeShape, radius: Array, phi: Array) -> Array:
     """Where a lobe sends light that is seen from v, for facets given by their slope, shape (samples, 3).
 

@@ -57,6 +57,12 @@ SURFACE = """
 DOCUMENTS = {
     Deviation.PREMULTIPLIED_MIX: LAYERED,
     Deviation.SIX_DECIMALS: SMALL.replace("SURFACE", SURFACE),
+    Deviation.UNMIXED_ZERO: (
+        '<burn name="b" type="color3"><input name="fg" type="color3" value="0, 0.5, 0.5"/>'
+        '<input name="bg" type="color3" value="0.8, 0.8, 0.8"/><input name="mix" type="float" value="0.25"/></burn>'
+        '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" nodename="b"/>'
+        "</oren_nayar_diffuse_bsdf>" + SURFACE
+    ),
     Deviation.DEFAULT_COLORS: '<LamaConductor name="bsdf" type="BSDF"/>' + SURFACE,
 }
 

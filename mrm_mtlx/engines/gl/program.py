@@ -30,6 +30,9 @@ _ROW = 2048
 # How generated code names geometric properties.
 _PROPERTY = "i_geomprop_"
 
+# Names of the matrices between world and object space, which are one and the same here.
+_SPACES = "u_world"
+
 # The standard environment orientation of MaterialX's viewers would turn images by half a turn; ours are as they lie.
 _IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
 
@@ -78,6 +81,9 @@ class SurfaceProgram:
         for port in shader.uniforms:
             if port.type != "filename" and port.value is not None and not isinstance(port.value, str):
                 self._set(port.variable, port.value)
+            elif port.variable.startswith(_SPACES):
+                self._set(port.variable, _IDENTITY)
+        self._set("u_frame", 1.0)  # the specification's default, for hosts that have no frames
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -111,8 +117,9 @@ class SurfaceProgram:
     ) -> dict[str, NDArray[np.floating]]:
         """Inputs for `draw` from points of a surface, under the names that MaterialX gives them.
 
-        World and object space are the same; every set of texture coordinates is `texcoord`, every vertex colour white;
-        geometric properties that are not given are zero. Shapes (samples, 3), texcoord (samples, 2).
+        World and object space are the same; every set of texture coordinates is `texcoord` (a third coordinate is 0),
+        every vertex colour white; geometric properties that are not given are zero. Shapes (samples, 3), texcoord
+        (samples, 2).
         """
         count = len(position)
         frame = {"position": position, "normal": normal, "tangent": tangent, "bitangent": np.cross(normal, tangent)}
@@ -121,7 +128,8 @@ class SurfaceProgram:
         }
         for port in self._shader.inputs:
             if port.variable.startswith("texcoord_"):
-                inputs[port.variable] = texcoord
+                further = np.zeros((count, COMPONENTS[port.type] - 2))
+                inputs[port.variable] = np.concatenate([texcoord, further], axis=1)
             elif port.variable.startswith("color_"):
                 inputs[port.variable] = np.ones((count, COMPONENTS[port.type]))
             elif port.variable.startswith(_PROPERTY):

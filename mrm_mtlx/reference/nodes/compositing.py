@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.closures import EPSILON
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.function_errors import mixed, summed
 from mrm_mtlx.reference.nodes.tables import CHANNELS, define, vector
 
@@ -39,15 +40,21 @@ def _from_one(inputs: Inputs, a: Array) -> Array:
 
 
 def _burn(inputs: Inputs, fg: Array, bg: Array, mix: Array) -> Array:
-    """1 - (1 - B) / F; and 0, whatever the mix, where there is no F to divide by."""
-    burnt = _mix(_from_one(inputs, (1.0 - bg) / fg), bg, mix)
-    return np.where(np.abs(fg) < EPSILON, 0.0, burnt)
+    """1 - (1 - B) / F; 0 where there is no F to divide by."""
+    return _divided(inputs, _from_one(inputs, (1.0 - bg) / fg), np.less(np.abs(fg), EPSILON), bg, mix)
 
 
 def _dodge(inputs: Inputs, fg: Array, bg: Array, mix: Array) -> Array:
-    """B / (1 - F); and 0, whatever the mix, where there is no 1 - F to divide by."""
+    """B / (1 - F); 0 where there is no 1 - F to divide by."""
     nothing = inputs.discrete(np.less(np.abs(1.0 - fg), EPSILON))
-    return np.where(nothing, 0.0, _mix(bg / (1.0 - fg), bg, mix))
+    return _divided(inputs, bg / (1.0 - fg), nothing, bg, mix)
+
+
+def _divided(inputs: Inputs, quotient: Array, nothing: Array, bg: Array, mix: Array) -> Array:
+    mixed = _mix(np.where(nothing, 0.0, quotient), bg, mix)
+    if np.any(nothing) and inputs.deviates(Deviation.UNMIXED_ZERO):
+        return np.where(nothing, 0.0, mixed)
+    return mixed
 
 
 _BLENDS: Mapping[str, Callable[..., Array]] = {

@@ -61,9 +61,8 @@ class Inputs(Protocol):
         """
         ...
 
-    @property
-    def properties(self) -> Mapping[str, Array]:
-        """Geometric properties of the samples, component first."""
+    def geometric_property(self, name: str, default: Array) -> Array:
+        """A geometric property of the samples, component first; the default where they do not have it."""
         ...
 
     def has(self, name: str) -> bool:

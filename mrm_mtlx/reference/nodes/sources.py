@@ -30,8 +30,8 @@ define({"dot": lambda inputs: inputs.shader("in")}, ("surfaceshader",))
 
 
 def _property(inputs: Inputs) -> Array:
-    name = inputs.text("geomprop")
-    return inputs.properties[name] if name in inputs.properties else inputs.array("default")
+    name, default = inputs.text("geomprop"), inputs.array("default")
+    return inputs.geometric_property(name, default)
 
 
 # An evaluation rounds properties like any number; whole ones stay whole.

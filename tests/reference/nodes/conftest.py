@@ -307,23 +307,12 @@ def random_points(rng: np.random.Generator, properties: Mapping[str, Array]) -> 
     )
 
 
-# What the engine leaves to the host of a shader.
-IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
-
-
 def draw(shader: Shader, points: ShadingPoints) -> Array:
     """What a shader shows at these samples, (samples, 3)."""
     with SurfaceProgram(shader) as program:
         geometry = (points.position, points.normal, points.tangent, points.texcoord)
         inputs = program.surface_inputs(*geometry, points.properties)
-        known = {port.variable: port.type for port in shader.uniforms}
-        uniforms: dict[str, Any] = {name: IDENTITY for name, kind in known.items() if name.startswith("u_world")}
-        uniforms |= {"u_frame": 1.0} if "u_frame" in known else {}
-        wide = {
-            port.variable for port in shader.inputs if port.type == "vector3" and port.variable.startswith("texcoord_")
-        }
-        inputs |= {name: np.pad(inputs[name], ((0, 0), (0, 1))) for name in wide}
-        return program.draw(inputs, Lighting(), uniforms)[:, :3]
+        return program.draw(inputs, Lighting())[:, :3]
 
 
 @pytest.fixture(scope="module")
