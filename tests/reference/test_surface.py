@@ -243,7 +243,9 @@ def test_a_documents_colour_space_holds_for_its_colours_and_not_for_numbers(resp
     own = response(paint('value="0.5, 0.5, 0.5" colorspace="lin_rec709"'), attributes='colorspace="srgb_texture"')
     np.testing.assert_allclose(shown(own), 0.5, rtol=TOL)
     weight = paint('value="1, 1, 1"').replace("</", '<input name="weight" type="float" value="0.5"/></')
-    np.testing.assert_allclose(shown(response(weight, attributes='colorspace="srgb_texture"')), 0.5, rtol=4 * FLOAT32_TOL)
+    np.testing.assert_allclose(
+        shown(response(weight, attributes='colorspace="srgb_texture"')), 0.5, rtol=4 * FLOAT32_TOL
+    )
 
 
 # What is refused ----------------------------------------------------------------------------------------------------

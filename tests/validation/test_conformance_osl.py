@@ -132,7 +132,7 @@ def near_peak(points, case: Case) -> float:
 
 
 @pytest.mark.parametrize("retroreflective", [False, True], ids=["ordinary", "retroreflective"])
-@pytest.mark.parametrize("angle_deg", osl._ANGLES_DEG)
+@pytest.mark.parametrize("angle_deg", osl.ANGLES_DEG)
 def test_samples_at_an_angle_have_that_angle_and_cover_the_peaks(rng, angle_deg, retroreflective):
     case = Case("conductor_bsdf", retroreflective, anisotropic=True, film=False)
     angle = np.deg2rad(angle_deg)

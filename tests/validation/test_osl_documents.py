@@ -53,7 +53,9 @@ def test_the_osl_of_every_document_of_the_corpus_compiles(cycles, shared):
     results = [check_document(Request(path, path.parent, path.name, ("osl",), samples=16)) for path in paths]
     outcomes = [r.targets["osl"] for result in results for r in result.renderables]
     assert len(outcomes) > len(paths) > 0
-    assert {(outcome.stage, outcome.status) for outcome in outcomes} == {("compile", "pass")}
+    assert {(outcome.stage, outcome.status) for outcome in outcomes} == {("compile", "pass"), ("compare", "pass")}
+    # What is compiled alone has its reason: another model in the renderer, or geometry that facets do not have.
+    assert all((outcome.stage == "compare") is (outcome.reason is None) for outcome in outcomes)
 
 
 BROKEN = """<?xml version="1.0"?>
