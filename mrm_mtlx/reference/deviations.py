@@ -24,6 +24,8 @@ class Deviation(Enum):
 
     `UNMIXED_ZERO`: `burn` and `dodge` give 0 where they would divide by 0, also where their `mix` hides the effect.
 
+    `HAIR_CONSTANTS`: hair is divided by pi once too often, and its residual lobe has pi / 2 for 1 / (2 pi).
+
     `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
     space of the file that defines it.
     """
@@ -32,6 +34,7 @@ class Deviation(Enum):
     LOWP_SAMPLERS = "lowp-samplers"
     SIX_DECIMALS = "six-decimals"
     UNMIXED_ZERO = "unmixed-zero"
+    HAIR_CONSTANTS = "hair-constants"
     DEFAULT_COLORS = "default-colors"
 
 

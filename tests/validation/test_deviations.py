@@ -63,6 +63,7 @@ DOCUMENTS = {
         '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" nodename="b"/>'
         "</oren_nayar_diffuse_bsdf>" + SURFACE
     ),
+    Deviation.HAIR_CONSTANTS: '<chiang_hair_bsdf name="bsdf" type="BSDF"/>' + SURFACE,
     Deviation.DEFAULT_COLORS: '<LamaConductor name="bsdf" type="BSDF"/>' + SURFACE,
 }
 

@@ -1,9 +1,9 @@
 """The closure of `chiang_hair_bsdf`.
 
-MaterialX 1.39.5 departs from the model (`mrm_mtlx.bsdf.hair`) in this, and so does this module: the response is divided
-by pi once more; the rest lobe has pi / 2 where it should have 1 / (2 pi); a light that the tilt of the cuticle takes
-beyond the fibre's end keeps its negative cosine. The first two are known upstream (MaterialX issue 2960, pull request
-3018).
+MaterialX 1.39.5 departs from the model (`mrm_mtlx.bsdf.hair`) in this: the response is divided by pi once more, and the
+rest lobe has pi / 2 where it should have 1 / (2 pi) (known upstream, MaterialX issue 2960 and pull request 3018); this
+module does so where it is asked to (`Deviation.HAIR_CONSTANTS`). A light that the tilt of the cuticle takes beyond the
+fibre's end keeps its negative cosine, here too.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
-# The azimuthal constant of the rest lobe: 1 / 2 * pi, which should be 1 / (2 * pi).
-_REST_AZIMUTHAL = 0.5 * np.pi
+# The azimuthal constant of the rest lobe, and what MaterialX's code writes for it, 1.0 / 2.0 * pi.
+_REST_AZIMUTHAL, _REST_AS_WRITTEN = 0.5 / np.pi, 0.5 * np.pi
 # How many times the cuticle's tilt shifts the paths R, TT and TRT.
 _TILTS = (2.0, -1.0, -4.0)
 _LEAST_ROUGHNESS = 0.001
@@ -46,7 +46,10 @@ _CANCELLED = 2.0 * _ROUNDED
 
 @dataclass(frozen=True)
 class Fibre:
-    """The inputs of `chiang_hair_bsdf`; roughnesses (2, samples) are the variance of M_p and the scale of N_p."""
+    """The inputs of `chiang_hair_bsdf`; roughnesses (2, samples) are the variance of M_p and the scale of N_p.
+
+    `as_written`: with the constants of MaterialX's code and not with the model's.
+    """
 
     tint_r: Array
     tint_tt: Array
@@ -59,6 +62,7 @@ class Fibre:
     absorption: Array
     normal: Array
     direction: Array
+    as_written: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ def chiang_hair(light: Light, fibre: Fibre) -> Closure:
     at = _geometry(light, fibre)
     # Each path on its own, so that what one loses by an error does not hide what another gains.
     paths = (widened(partial(_path, at, fibre, path), **_errors(light.part, at, fibre, path)) for path in range(4))
-    return opaque(np.asarray(sum(paths) / np.pi))
+    return opaque(np.asarray(sum(paths) / (np.pi if fibre.as_written else 1.0)))
 
 
 def _geometry(light: Light, fibre: Fibre) -> _Geometry:
@@ -157,7 +161,8 @@ def _path(
     shifted = _shifted(path, at.sin_i, cos_i, fibre.cuticle_angle, sine, cosine)
     along = _longitudinal(shifted, (at.sin_o, cos_o), variance, exponent, switch, exponentials)
     if path == 3:
-        return np.asarray(along * _REST_AZIMUTHAL * tint * share + 3.0 * flushed)
+        rest = _REST_AS_WRITTEN if fibre.as_written else _REST_AZIMUTHAL
+        return np.asarray(along * rest * tint * share + 3.0 * flushed)
     # Of the exponential 3 + 2 x ulp, of its argument's division and constants four more per unit.
     apart, error = at.phi - _exit_azimuth(at, fibre.ior, path), exponentials * 6.0 * ULP
     about = hair.azimuthal(apart, scale, apart=azimuth, exponential_error=error) + 2.0 * flushed / scale

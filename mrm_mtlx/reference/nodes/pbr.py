@@ -93,6 +93,7 @@ def _hair(inputs: Inputs) -> Value:
         absorption=inputs.array("absorption_coefficient"),
         normal=inputs.array("normal"),
         direction=inputs.array("curve_direction"),
+        as_written=inputs.deviates(Deviation.HAIR_CONSTANTS),
     )
     return closures.chiang_hair(inputs.light, fibre)
 
