@@ -53,7 +53,7 @@ def conformance(
         document = {
             "schema": SCHEMA,
             "versions": versions(),
-            "engines": engines(),
+            "engines": engines(targets),
             "library": library.value,
             "cases": [result.to_json() for result in results],
         }

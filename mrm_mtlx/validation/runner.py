@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
 
+    from mrm_mtlx.engines.availability import Availability
     from mrm_mtlx.library import Origin
 
 SUFFIX = ".mtlx"
@@ -69,7 +70,7 @@ def validate(
     for document in documents:
         document.findings = [f for f in document.findings if _wanted(f, settings)]
     documents.sort(key=lambda d: d.path)
-    return ValidationResult(versions(), engines(), documents)
+    return ValidationResult(versions(), engines(settings.targets), documents)
 
 
 def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentResult], list[Request]]:
@@ -142,17 +143,18 @@ def versions() -> dict[str, str]:
     return {"mrm": __version__, **{key: metadata.version(name) for key, name in names.items()}}
 
 
-def engines() -> dict[str, dict[str, Any]]:
-    """What can run or compile source here, for the report."""
+def engines(targets: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """What can run or compile source of these targets here, and OpenGL: to try the others would only take time."""
     from mrm_mtlx.engines import compilers, gl, osl
 
-    states = {
-        "gl": gl.availability(),
-        "vulkan": compilers.vulkan_availability(),
-        "slang": compilers.slang_availability(),
-        "osl": osl.compiler_availability(),
+    probes: dict[str, Callable[[], Availability]] = {
+        "vulkan": compilers.vulkan_availability,
+        "slang": compilers.slang_availability,
+        "osl": osl.compiler_availability,
     }
-    osl.stop()  # the worker processes have their own
+    states = {"gl": gl.availability()} | {name: probe() for name, probe in probes.items() if name in targets}
+    if "osl" in states:
+        osl.stop()  # the worker processes have their own
     report: dict[str, dict[str, Any]] = {}
     for name, state in states.items():
         key = "renderer" if state.available else "reason"

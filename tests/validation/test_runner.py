@@ -12,6 +12,7 @@ import pytest
 
 from mrm_mtlx import __version__
 from mrm_mtlx.library import materialx_version
+from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.findings import Severity
 from mrm_mtlx.validation.runner import collect, engines, shown, validate, versions
@@ -202,13 +203,13 @@ def test_versions_are_those_of_what_a_verdict_depends_on():
 
 
 def test_engines_say_whether_they_are_there_and_why_not(monkeypatch):
-    found = engines()
+    found = engines(TARGETS)
     assert list(found) == ["gl", "vulkan", "slang", "osl"]
     for state in found.values():
         assert list(state) == ["available", "renderer" if state["available"] else "reason"]
         assert state[list(state)[1]]
     monkeypatch.setenv("PATH", "")  # no compiler is found
-    assert engines()["vulkan"] == {"available": False, "reason": "glslangValidator not found"}
+    assert engines(("glsl", "vulkan"))["vulkan"] == {"available": False, "reason": "glslangValidator not found"}
 
 
 def test_severities_are_counted(settings, documents):
