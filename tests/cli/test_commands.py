@@ -65,6 +65,19 @@ def test_doctor_says_what_runs_here_and_how_to_add_the_rest(mrm, gl):
     assert "\x1b" not in text.stdout
 
 
+def test_doctor_says_what_the_reference_covers(mrm):
+    text, report = mrm("doctor", "--coverage"), mrm("doctor", "--coverage", "--format", "json")
+    assert (text.returncode, report.returncode) == (0, 0)
+    found = json.loads(report.stdout)
+    assert found["schema"] == "mrm.coverage/1"
+    covered = [c for c in found["definitions"] if c["how"]]
+    assert found["covered"] == len(covered)
+    total = next(line for line in text.stdout.splitlines() if line.startswith("all"))
+    assert f"{len(covered) / len(found['definitions']):.1%}" in total
+    missing = [c["name"] for c in found["definitions"] if not c["how"]]
+    assert [line.split()[2] for line in text.stdout.splitlines() if line.startswith("not covered: ")] == missing
+
+
 def test_doctor_names_what_is_missing_and_the_command_that_adds_it(mrm, tmp_path):
     # No compiler on the PATH, and no driver that EGL would find.
     empty = tmp_path / "nothing"
