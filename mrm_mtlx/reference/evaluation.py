@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
 # Types whose values are not numbers that float32 rounds.
 _UNROUNDED = ("integer", "boolean", "string", "filename")
-_CLOSURES = ("BSDF", "EDF", "VDF", "surfaceshader", "volumeshader", "displacementshader", "lightshader", "material")
 
 
 @dataclass(frozen=True)
@@ -220,9 +219,9 @@ class Evaluation:
             return self.frame[geometry]
         if declared.getType() in ("string", "filename"):
             return str(declared.getResolvedValueString())
-        if declared.getType() in _CLOSURES or not declared.getValueString():
-            return None
-        return self._constant(declared, declared, scope, light, stored)
+        if declared.getValueString():
+            return self._constant(declared, declared, scope, light, stored)
+        return _nothing_given(declared.getType())
 
     def _constant(self, element: Any, declared: Any, scope: Scope, light: Light, stored: bool) -> Value:
         kind = element.getType()
@@ -354,6 +353,15 @@ class _Noting(dict[str, "Array"]):
     def __getitem__(self, name: str) -> Array:
         self._asked.add(name)
         return super().__getitem__(name)
+
+
+def _nothing_given(kind: str) -> Array | None:
+    """What generators give an input that has no value anywhere: zeros, a matrix of unity; None for closures."""
+    if kind.startswith("matrix"):
+        return np.eye(int(kind[-1]))[:, :, None]
+    if kind.startswith(("color", "vector")):
+        return np.zeros((int(kind[-1]), 1))
+    return np.asarray(False) if kind == "boolean" else np.zeros(()) if kind in ("float", "integer") else None
 
 
 def _has_closures(definition: Any) -> bool:

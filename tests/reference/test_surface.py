@@ -248,6 +248,36 @@ def test_a_documents_colour_space_holds_for_its_colours_and_not_for_numbers(resp
     )
 
 
+BARE = """
+  <nodedef name="ND_bare" node="bare">
+    <input name="share" type="float"/><input name="tint" type="color3"/><input name="turn" type="matrix33"/>
+    <output name="out" type="BSDF"/>
+  </nodedef>
+  <nodegraph name="NG_bare" nodedef="ND_bare">
+    <add name="weight" type="float">
+      <input name="in1" type="float" interfacename="share"/><input name="in2" type="float" value="0.5"/>
+    </add>
+    <add name="color" type="color3">
+      <input name="in1" type="color3" interfacename="tint"/><input name="in2" type="color3" nodename="turned_color"/>
+    </add>
+    <transformmatrix name="turned" type="vector3">
+      <input name="in" type="vector3" value="0.5, 0.25, 0.125"/>
+      <input name="mat" type="matrix33" interfacename="turn"/>
+    </transformmatrix>
+    <convert name="turned_color" type="color3"><input name="in" type="vector3" nodename="turned"/></convert>
+    <oren_nayar_diffuse_bsdf name="diffuse" type="BSDF">
+      <input name="weight" type="float" nodename="weight"/><input name="color" type="color3" nodename="color"/>
+    </oren_nayar_diffuse_bsdf>
+    <output name="out" type="BSDF" nodename="diffuse"/>
+  </nodegraph>
+  <bare name="bsdf" type="BSDF"/>
+"""
+
+
+def test_inputs_without_a_value_anywhere_are_zero_and_matrices_unity(response):
+    np.testing.assert_allclose(shown(response(BARE)), [0.25, 0.125, 0.0625], rtol=TOL)
+
+
 # What is refused ----------------------------------------------------------------------------------------------------
 
 
