@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference.nodes import Value
     from mrm_mtlx.reference.points import ShadingPoints
 
+# The unit that generators are asked for, see shadergen.generate.
+_TARGET_DISTANCE = "meter"
 # Types whose values are not numbers that float32 rounds.
 _UNROUNDED = ("integer", "boolean", "string", "filename")
 
@@ -112,7 +114,7 @@ class Evaluation:
 
     def settle(self, key: tuple[str, str, int], value: Array) -> Array:
         """A discrete result; see `Discrete`."""
-        if value.ndim == 0 or value.shape[-1] == 1 < len(self.points):
+        if value.ndim == 0 or value.shape[-1] == 1:
             if self.exact is not None:
                 return self.exact.settled.get(key, value)
             self.discrete.settled[key] = value
@@ -135,19 +137,21 @@ class Evaluation:
         return value
 
     def _evaluate(self, node: Any, definition: Any, scope: Scope, light: Light) -> Value | dict[str, Value]:
+        kinds = {str(out.getName()): str(out.getType()) for out in definition.getActiveOutputs()}
         if definition.getName() not in NODES:
             inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
-            return self._graph_values(defining_graph(definition), inner, light)
+            made = self._graph_values(defining_graph(definition), inner, light)
+            return {name: self._in_linear_color(value, node, kinds[name], light) for name, value in made.items()}
         value = NODES[definition.getName()](_NodeInputs(self, node, definition, scope, light))
         if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:
             lit = np.any(value.response != 0.0)
             value = replace(value, foreign=value.foreign | ({str(node.getCategory())} if lit else set()))
         if self.model is Model.CLOSURES and definition.getName() in OTHER_NUMBERS:
             self.foreign.add(str(node.getCategory()))
-        kinds = {str(out.getName()): str(out.getType()) for out in definition.getActiveOutputs()}
         if isinstance(value, dict):
             return {name: self._rounded_value(v, kinds[name]) for name, v in value.items()}
-        return self._in_linear_color(self._rounded_value(value, next(iter(kinds.values()))), node, definition, light)
+        kind = next(iter(kinds.values()))
+        return self._in_linear_color(self._rounded_value(value, kind), node, kind, light)
 
     def _graph_values(self, graph: Any, scope: Scope, light: Light) -> dict[str, Value]:
         return {
@@ -160,10 +164,13 @@ class Evaluation:
             return value
         return self._rounded(value)
 
-    def _in_linear_color(self, value: Value, node: Any, definition: Any, light: Light) -> Value:
-        """The value of a node that reads an image in a colour space: generators transform its colour."""
+    def _in_linear_color(self, value: Value, node: Any, kind: str, light: Light) -> Value:
+        """The value of a node that is given an image in a colour space: generators transform the colours it gives.
+
+        That is the node whose input has the file, also where an image inside of its graph reads it.
+        """
         files = [given for given in node.getInputs() if given.getType() == "filename"]
-        if not files or not definition.getType().startswith("color"):
+        if not files or not kind.startswith("color"):
             return value
         return self.linear_color(cast("Array", value), files[0].getActiveColorSpace(), node.getDocument(), light)
 
@@ -233,13 +240,13 @@ class Evaluation:
         if kind == "integer":
             return np.asarray(float(value))
         if kind == "float":
-            number = np.asarray(_in_unit(float(value), element, declared))
+            number = np.asarray(float(value))
         elif kind.startswith("matrix"):
             size = range(value.numRows())
             number = np.array([[[value[row, column]] for column in size] for row in size])
         else:
             number = np.array([[x] for x in value.asTuple()])
-        number = self._written(number.astype(np.float32), scope)
+        number = self._written(np.asarray(number * _unit_scale(element, declared), dtype=np.float32), scope)
         if kind.startswith("color") and not stored and not self._is_taken_as_it_is(element):
             number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light)
         return self._rounded(number)
@@ -373,13 +380,17 @@ def _unit(a: Array) -> Array:
     return np.asarray(a / np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
 
 
-def _in_unit(value: float, element: Any, declared: Any) -> float:
-    """A number in the unit of its definition; MaterialX's generators convert it so."""
-    given, wanted = element.getUnit(), declared.getUnit()
+def _unit_scale(element: Any, declared: Any) -> float:
+    """Factor from the unit that a number is given in to the one it is wanted in, as MaterialX's generators convert it.
+
+    That is the unit of the definition, or for distances without one the metre.
+    """
+    given, kind = element.getUnit(), declared.getUnitType() or element.getUnitType()
+    wanted = declared.getUnit() or (_TARGET_DISTANCE if kind == "distance" else "")
     if not given or not wanted or given == wanted:
-        return value
-    units = _unit_scales(element.getDocument(), declared.getUnitType())
-    return value * units[given] / units[wanted]
+        return 1.0
+    units = _unit_scales(element.getDocument(), kind)
+    return units[given] / units[wanted]
 
 
 def _unit_scales(document: Any, kind: str) -> dict[str, float]:

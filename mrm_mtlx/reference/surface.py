@@ -67,6 +67,11 @@ class Surface:
         Function from a file's name, as the document resolves it, to its pixels, shape (height, width, channels), row 0
         at the top; None where there is no such image.
 
+    Attributes
+    ----------
+    met
+        Where MaterialX's code may deviate from the specification, of everything that `tolerance` has evaluated so far.
+
     Raises
     ------
     UnsupportedError
@@ -86,6 +91,7 @@ class Surface:
         self._model = model
         self._images = images
         self._deviations = deviations
+        self.met: set[Deviation] = set()
         self._document = element.getDocument()  # elements do not keep their document alive
         self._root = shader_node(element)
         survey = Survey()
@@ -138,6 +144,7 @@ class Surface:
         exact = self._evaluation(points, illumination, EXACT)
         expected = self._result(exact)
         allowed = OUTPUT_ROUNDINGS * UNIT * np.abs(expected) + SMALLEST
+        self.met |= exact.met
         chosen = [move for move in moves(self._model) if illumination.light or np.ndim(move.light) == 0]
         if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
             chosen += opposite_moves()
@@ -185,7 +192,8 @@ def constant_input(node: Any, name: str) -> Array | str | None:
         survey.visit(connected_node(given))
     if survey.unknown:
         return None
-    evaluation = Evaluation(_TWO_POINTS)
+    images: list[str] = []
+    evaluation = Evaluation(_TWO_POINTS, images=images.append)
     try:
         with np.errstate(all="ignore"):
             value = evaluation.input_value(node, definition, name, Scope(), evaluation.light)
@@ -193,6 +201,8 @@ def constant_input(node: Any, name: str) -> Array | str | None:
         return None
     if isinstance(value, str):
         return value
+    if images or evaluation.asked:  # an image and a geometric property vary
+        return None
     if not isinstance(value, np.ndarray) or value.shape[-1:] == (2,):
         return None
     return value if value.ndim == 0 else value[..., 0]
@@ -213,7 +223,14 @@ def _in_blocks(function: Callable[[ShadingPoints], Array], points: ShadingPoints
     """The function's results for blocks of the samples, one after the other, evaluated on all processors."""
     starts = range(0, len(points), BLOCK)
     if len(starts) < 2:
-        return function(points)
+        return _of_one(function, points) if len(points) == 1 else function(points)
     parts = [points.part(slice(start, start + BLOCK)) for start in starts]
+    if len(parts[-1]) == 1:  # see _of_one
+        parts[-2:] = [points.part(slice(starts[-2], None))]
     with ThreadPoolExecutor(min(processors(), len(parts))) as pool:
         return np.concatenate(list(pool.map(function, parts)))
+
+
+def _of_one(function: Callable[[ShadingPoints], Array], point: ShadingPoints) -> Array:
+    """The function's result for one sample, evaluated as two: else what varies would be taken for a constant."""
+    return function(ShadingPoints.joined([point, point]))[:1]

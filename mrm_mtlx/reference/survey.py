@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from typing import Any
 
 from mrm_mtlx.reference.graph import LINEAR_SPACES, color_transform, connected_node, defining_graph
 from mrm_mtlx.reference.nodes import NODES
 
-# Graphs deeper than this are refused with a message instead of running into the interpreter's own limit of 1000 frames,
-# of which a node takes six.
-MAXIMUM_DEPTH = 120
+# Graphs deeper than this are refused. Counted are nodes, and what a graph's interface depends on comes on top of the
+# graph: the deepest of the standard library, `ramp`, has 269.
+MAXIMUM_DEPTH = 400
+# A level takes up to eight of the interpreter's frames, of which it allows 1000 by default.
+sys.setrecursionlimit(max(sys.getrecursionlimit(), 10 * MAXIMUM_DEPTH + 1000))
+# Graphs of graphs that come to more nodes than this are refused: every use of a graph is evaluated, and n graphs that
+# use each other twice have 2^n nodes. The surface models have a few hundred.
+MAXIMUM_NODES = 20_000
 
 # Geometric properties that inputs have by default.
 GEOMETRY = ("Nworld", "Tworld", "Bworld", "Pworld", "Vworld", "Nobject", "Tobject", "Bobject", "Pobject", "UV0")
@@ -41,6 +47,7 @@ class Survey:
     unknown: set[str] = field(default_factory=set)
     heights: dict[str, int] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
+    sizes: dict[str, int] = field(default_factory=dict)  # by definition
 
     def visit(self, node: Any) -> int:
         """Survey a node; the length of the longest chain of nodes that ends at it.
@@ -56,17 +63,19 @@ class Survey:
         if path in self.trail:
             msg = f"the graph is cyclic at {path}"
             raise RecursionError(msg)
-        if len(self.trail) + self.heights.get(path, 1) > MAXIMUM_DEPTH:
+        if path not in self.heights and len(self.trail) < MAXIMUM_DEPTH:
+            self.trail.append(path)
+            # A graph's interface is evaluated from inside of the graph: what it depends on comes on top of it.
+            inner = max((self.visit(n) for n in self._inside(node)), default=0)
+            self.heights[path] = 1 + inner + max((self.visit(n) for n in self._sources(node)), default=0)
+            self.trail.pop()
+        if len(self.trail) + self.heights.get(path, MAXIMUM_DEPTH) > MAXIMUM_DEPTH:
             msg = f"the graph is deeper than {MAXIMUM_DEPTH} nodes at {path}"
             raise RecursionError(msg)
-        if path not in self.heights:
-            self.trail.append(path)
-            self.heights[path] = 1 + max((self.visit(n) for n in self._sources(node)), default=0)
-            self.trail.pop()
         return self.heights[path]
 
     def _sources(self, node: Any) -> list[Any]:
-        """Nodes that a node takes values from; what it needs and the reference lacks is noted."""
+        """Nodes that a node's inputs take values from; what they need and the reference lacks is noted."""
         definition = node.getNodeDef()
         if definition is None:
             self.unknown.add(str(node.getCategory()))
@@ -75,24 +84,42 @@ class Survey:
         for given in node.getInputs():
             if given.getType() in _NOT_SEEN:
                 continue
-            self._check_color_space(given)
-            sources += [
-                connected_node(element) for element in (given, given.getInterfaceInput()) if element is not None
-            ]
-        if definition.getName() in NODES:
-            for declared in definition.getActiveInputs():
-                geometry = declared.getDefaultGeomPropString()
-                if geometry not in ("", *GEOMETRY) and node.getInput(declared.getName()) is None:
-                    self.unknown.add(f"geometric property {geometry}")
-            return sources
+            elements = [element for element in (given, given.getInterfaceInput()) if element is not None]
+            for element in elements:
+                self._check_color_space(element)
+            sources += [connected_node(element) for element in elements]
+        for declared in definition.getActiveInputs():
+            geometry = declared.getDefaultGeomPropString()
+            if geometry not in ("", *GEOMETRY) and node.getInput(declared.getName()) is None:
+                self.unknown.add(f"geometric property {geometry}")
+        return sources
+
+    def _inside(self, node: Any) -> list[Any]:
+        """The nodes that give the outputs of the graph that defines a node; none for one with a function."""
+        definition = node.getNodeDef()
+        if definition is None or definition.getName() in NODES:
+            return []
         graph = defining_graph(definition)
         if graph is None:
             self.unknown.add(str(definition.getName()))
-            return sources
+            return []
+        if self._size(definition) > MAXIMUM_NODES:
+            self.unknown.add(f"{definition.getName()} (its graphs have more than {MAXIMUM_NODES} nodes in all)")
+            return []
         made = [output.getConnectedNode() for output in graph.getOutputs()]
         if None in made:
             self.unknown.add(f"{definition.getName()} (its graph has an output that nothing is connected to)")
-        return sources + made
+        return made
+
+    def _size(self, definition: Any) -> int:
+        """Number of nodes that evaluating a node of this definition comes to, graphs inside of graphs counted out."""
+        name = str(definition.getName())
+        if name not in self.sizes:
+            graph = None if name in NODES else defining_graph(definition)
+            self.sizes[name] = MAXIMUM_NODES  # of a definition inside of itself
+            inside = [] if graph is None else [n.getNodeDef() for n in graph.getNodes()]
+            self.sizes[name] = 1 + sum(self._size(d) for d in inside if d is not None)
+        return self.sizes[name]
 
     def _check_color_space(self, given: Any) -> None:
         if not given.getValueString() or not (given.getType().startswith("color") or given.getType() == "filename"):

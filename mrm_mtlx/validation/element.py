@@ -134,7 +134,7 @@ def sweep_element(request: Request, element: Any) -> tuple[list[RenderableResult
         for name, (result, why) in check_draws(shader, images, switched, place).items():
             results[name].targets[target] = result
             findings += [replace(f, message=f"with the flag of {name} on: {f.message}") for f in why]
-    return list(results.values()), findings + images.findings
+    return list(results.values()), findings  # what is wrong with images is told where the element itself is checked
 
 
 def _flag(variant: Variant, shader: Shader) -> dict[str, Any]:

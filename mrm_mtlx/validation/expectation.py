@@ -46,9 +46,9 @@ class Verdict:
     comparison
         With the specification; where that failed and `deviations` explain it, with the reference deviating likewise.
     deviations
-        Known deviations of MaterialX that the comparison needed.
+        Known deviations of MaterialX that the surface may have, where the comparison needed any of them.
     specified
-        The comparison with the specification, where `deviations` were needed.
+        The comparison with the specification, where it failed and that with `deviations` passed.
     """
 
     comparison: Comparison
@@ -83,16 +83,16 @@ class Expectation:
         self.surface: Surface | None = None
         self.lobes: list[sampling.LobeShape] = []
         self._element, self._images = element, images
-        self._met: frozenset[Deviation] = frozenset()
+        self._met: set[Deviation] = set()
         kinds: Mapping[str, str] = {}
         try:
-            self.surface = Surface(element, images=images)
+            surface = Surface(element, images=images)
+            traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
         except (UnsupportedError, RecursionError) as error:
             self.reason = str(error)
         else:
-            traits = self.surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
+            self.surface, kinds = surface, traits.properties
             self.lobes = [shape_of(facets) for facets in traits.lobes]
-            self._met, kinds = traits.deviations, traits.properties
         # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
         sharp = [lobe for lobe in self.lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
         v, l = sampling.sample_local(rng, samples, sharp)
@@ -118,7 +118,7 @@ class Expectation:
         Where it is not what the specification says, it may be what MaterialX is known to make of it.
         """
         true = self._compare(found, frozenset())
-        known = possible(self._met, target)
+        known = possible(frozenset(self._met), target)
         if true.passed or not known:
             return Verdict(true)
         as_known = self._compare(found, known)
@@ -131,6 +131,7 @@ class Expectation:
             around = Illumination(light=False, environment=Environment.constant(_SURROUNDINGS, _DIRECTIONS))
             lit, few = self._points
             self._tolerances[deviations] = [surface.tolerance(lit), surface.tolerance(few, around)]
+            self._met |= surface.met
         expected = self._tolerances[deviations]
         return worse(*(compare(*each) for each in zip(found, expected, self._points, strict=True)))
 

@@ -42,14 +42,14 @@ def _image(inputs: Inputs) -> Value:
     A cubic filter is linear: OpenGL has none, and MaterialX's hosts have neither. Layer and frames are passed over, as
     in MaterialX's hardware shaders.
     """
-    default, pixels = inputs.stored("default"), inputs.image("file")
+    default, pixels, texcoord = inputs.stored("default"), inputs.image("file"), inputs.array("texcoord")
     border = np.atleast_2d(default)
     if pixels is None:
         value = _sampled(inputs, lambda **ways: _held(border, ways))
     else:
         modes = AddressModes(*(_MODES.get(inputs.text(name), "periodic") for name in ("uaddressmode", "vaddressmode")))
         look_up = _closest if inputs.text("filtertype") == "closest" else _linear
-        value = look_up(inputs, pixels, inputs.array("texcoord"), modes, border)
+        value = look_up(inputs, pixels, texcoord, modes, border)
     return value if default.ndim == 2 else value[0]
 
 
