@@ -248,6 +248,29 @@ def test_a_documents_colour_space_holds_for_its_colours_and_not_for_numbers(resp
     )
 
 
+@pytest.mark.parametrize("source", ["image", "geompropvalue"])
+def test_what_an_image_or_a_geometric_property_gives_is_no_constant(surface_document, source):
+    document = surface_document(
+        f'<{source} name="varying" type="float"/><conductor_bsdf name="bsdf" type="BSDF">'
+        '<input name="weight" type="float" nodename="varying"/></conductor_bsdf>'
+    )
+    name, value = {"image": ("file", "a.png"), "geompropvalue": ("geomprop", "wear")}[source]
+    document.getNode("varying").setInputValue(name, value, "filename" if source == "image" else "string")
+    assert constant_input(document.getNode("bsdf"), "weight") is None
+
+
+@pytest.mark.parametrize(
+    ("given", "metres"), [('value="3"', 3.0), ('value="3" unittype="distance" unit="centimeter"', 0.03)]
+)
+def test_a_distance_of_no_definitions_unit_is_in_metres(response, given, metres):
+    nodes = (
+        f'<add name="sum" type="float"><input name="in1" type="float" {given}/></add>'
+        '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" value="1, 1, 1"/>'
+        '<input name="weight" type="float" nodename="sum"/></oren_nayar_diffuse_bsdf>'
+    )
+    np.testing.assert_allclose(shown(response(nodes)), metres, rtol=4 * FLOAT32_TOL)
+
+
 BARE = """
   <nodedef name="ND_bare" node="bare">
     <input name="share" type="float"/><input name="tint" type="color3"/><input name="turn" type="matrix33"/>
@@ -295,6 +318,84 @@ def test_everything_unknown_is_named_at_once(make_document):
         Surface(document.getNode("m"))
     assert caught.value.names == ["ND_conical_edf", "ND_measured_edf", "colour space unheard_of"]
     assert str(caught.value) == "the reference does not know " + ", ".join(caught.value.names)
+
+
+def test_a_colour_space_of_a_graphs_interface_and_a_documents_own_geometry_are_named(make_document):
+    document = make_document(
+        '<geompropdef name="mine" type="vector3" geomprop="normal"/>'
+        '<nodedef name="ND_own" node="own"><input name="n" type="vector3" defaultgeomprop="mine"/>'
+        '<output name="out" type="BSDF"/></nodedef>'
+        '<nodegraph name="NG_own" nodedef="ND_own"><oren_nayar_diffuse_bsdf name="d" type="BSDF">'
+        '<input name="normal" type="vector3" interfacename="n"/></oren_nayar_diffuse_bsdf>'
+        '<output name="out" type="BSDF" nodename="d"/></nodegraph><own name="bsdf" type="BSDF"/>'
+        '<nodegraph name="g"><input name="c" type="color3" value="1, 0, 0" colorspace="foo"/>'
+        '<uniform_edf name="e" type="EDF"><input name="color" type="color3" interfacename="c"/></uniform_edf>'
+        '<output name="out" type="EDF" nodename="e"/></nodegraph>'
+        '<surface name="m" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf"/>'
+        '<input name="edf" type="EDF" nodegraph="g" output="out"/></surface>'
+    )
+    with pytest.raises(UnsupportedError) as caught:
+        Surface(document.getNode("m"))
+    assert caught.value.names == ["colour space foo", "geometric property mine"]
+
+
+def doubled(levels):
+    """Definitions of which each uses the one before it twice, and a surface that shows the last."""
+    declared = '<input name="in" type="float" value="1"/><output name="out" type="float"/>'
+    bound = '<input name="{}" type="float" {}/>'.format
+    interface, first = 'interfacename="in"', 'nodename="x"'
+    text = ""
+    for k in range(levels):
+        node = f"d{k - 1}" if k else "absval"
+        twice = f'<{node} name="x" type="float">{bound("in", interface)}</{node}>' + (
+            f'<{node} name="y" type="float">{bound("in", first)}</{node}>'
+        )
+        text += f'<nodedef name="ND_d{k}" node="d{k}">{declared}</nodedef><nodegraph name="NG_d{k}" nodedef="ND_d{k}">'
+        text += f'{twice}<output name="out" type="float" nodename="y"/></nodegraph>'
+    return text + (
+        f'<d{levels - 1} name="last" type="float"/>'
+        '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="weight" type="float" nodename="last"/>'
+        "</oren_nayar_diffuse_bsdf>"
+    )
+
+
+def test_graphs_that_multiply_beyond_all_bounds_are_refused(surface_document):
+    few, many = (surface_document(doubled(levels)) for levels in (6, 18))
+    Surface(few.getNode("m"))
+    with pytest.raises(UnsupportedError, match=r"ND_d17 \(its graphs have more than 20000 nodes in all\)"):
+        Surface(many.getNode("m"))
+
+
+def test_a_chain_of_graphs_is_evaluated_up_to_the_depth_and_refused_beyond(surface_document, flat_points):
+    def chain(count):
+        nodes = '<constant name="c0" type="color3"><input name="value" type="color3" value="0.5, 0.5, 0.5"/></constant>'
+        for k in range(count):
+            nodes += (
+                f'<saturate name="c{k + 1}" type="color3"><input name="in" type="color3" nodename="c{k}"/></saturate>'
+            )
+        return surface_document(
+            f'{nodes}<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" '
+            f'nodename="c{count}"/></oren_nayar_diffuse_bsdf>'
+        )
+
+    deep, deeper = chain(100), chain(MAXIMUM_DEPTH)
+    up = np.array([0.0, 0.0, 1.0])
+    assert np.isfinite(Surface(deep.getNode("m")).response(flat_points(up, up))).all()
+    with pytest.raises(RecursionError, match="deeper than"):
+        Surface(deeper.getNode("m"))
+
+
+def test_one_sample_is_judged_like_two(make_document, flat_points):
+    document = make_document(
+        '<floor name="f" type="color3"><input name="in" type="color3" value="1, 1, 1"/></floor>'
+        '<surface_unlit name="m" type="surfaceshader"><input name="emission_color" type="color3" nodename="f"/>'
+        "</surface_unlit>"
+    )
+    up = np.array([0.0, 0.0, 1.0])
+    for count in (1, 2):
+        found = Surface(document.getNode("m")).tolerance(flat_points(np.tile(up, (count, 1)), up))
+        assert found.expected.shape == (count, 3)
+        assert np.max(found.allowed) < 1e-4
 
 
 def test_a_node_that_is_no_node_is_named_by_its_category(make_document):

@@ -95,6 +95,29 @@ def test_another_error_is_no_known_deviation(gl, make_document, library):
     assert found.deviations == frozenset()
 
 
+# Black where the texture coordinate is beyond its edge, in a fraction of the samples.
+RARE = """
+  <texcoord name="uv" type="vector2"/>
+  <extract name="u" type="float"><input name="in" type="vector2" nodename="uv"/></extract>
+  <ifgreater name="fg" type="float">
+    <input name="value1" type="float" nodename="u"/><input name="value2" type="float" value="1.9"/>
+    <input name="in1" type="float" value="0"/><input name="in2" type="float" value="0.5"/>
+  </ifgreater>
+  <burn name="b" type="float">
+    <input name="fg" type="float" nodename="fg"/><input name="bg" type="float" value="0.8"/>
+    <input name="mix" type="float" value="0.25"/>
+  </burn>
+  <oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="weight" type="float" nodename="b"/>
+  </oren_nayar_diffuse_bsdf>
+"""
+
+
+def test_a_deviation_that_few_samples_show_is_found(gl, make_document, library):
+    found = verdict(make_document(RARE + SURFACE), library)
+    assert found.deviations == {Deviation.UNMIXED_ZERO}
+    assert found.comparison.passed
+
+
 def test_a_mixture_by_a_number_is_as_specified(gl, surface_document, library):
     inner = LAYERED[LAYERED.index("<conductor_bsdf") : LAYERED.index('<surface name="shown"')]
     found = verdict(

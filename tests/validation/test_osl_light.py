@@ -66,6 +66,12 @@ def test_a_wrong_input_of_the_closure_is_seen(cycles, surface_document, changed_
             id="two widths",
         ),
         pytest.param(
+            '<image name="i" type="color3"><input name="file" type="filename" value="a.png"/></image>'
+            '<conductor_bsdf name="bsdf" type="BSDF"><input name="ior" type="color3" nodename="i"/></conductor_bsdf>',
+            "facets for the measurement have no tangents, positions or texture coordinates of their own",
+            id="an image",
+        ),
+        pytest.param(
             '<position name="p" type="vector3"/><magnitude name="d" type="float"><input name="in" type="vector3" '
             'nodename="p"/></magnitude><oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="weight" '
             'type="float" nodename="d"/></oren_nayar_diffuse_bsdf>',

@@ -195,6 +195,18 @@ def test_eight_bits_in_srgb_agree(excess, pictures, points, rng):
     assert np.mean(excess(nodes, points, images, instead=nodes.replace(srgb, "")) > 1.0) > MOST
 
 
+@pytest.mark.parametrize(
+    ("node", "kind", "output"),
+    [("tiledimage", "color3", ""), ("gltf_colorimage", "multioutput", "outcolor"), ("image", "color3", "")],
+)
+def test_the_colour_space_of_a_file_holds_where_it_is_given(excess, picture, points, node, kind, output):
+    file = '<input name="file" type="filename" value="a.exr"{}/>'
+    nodes = f'<{node} name="a" type="{kind}">{file}</{node}>'
+    srgb = shown(nodes.format(' colorspace="srgb_texture"'), output=output)
+    assert np.max(excess(srgb, points, picture)) <= 1.0
+    assert np.mean(excess(srgb, points, picture, instead=shown(nodes.format(""), output=output)) > 1.0) > MOST
+
+
 def test_a_default_of_the_files_colour_space_agrees(excess, picture, points):
     srgb = 'colorspace="srgb_texture"'
     nodes = shown(image(more=srgb, **modes("constant", "clamp"))).replace('name="default"', f'name="default" {srgb}')
