@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 # A layer may import the layers below it, and itself.
 LAYERS = (
     {"cli"},
-    {"validation", "render"},
+    {"validation", "render", "measured"},
     {"engines", "reference"},
     {"shadergen"},
     {"library", "bsdf"},
