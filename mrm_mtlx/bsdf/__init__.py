@@ -13,13 +13,33 @@ Conventions, for the whole project
   back-vector. A retroreflective lobe is the ordinary lobe seen from v' (Portsmouth et al. 2026, eq. 3 and 10).
 * Parameters broadcast with the samples: a scalar parameter is a scalar or an array of the samples' shape `(...)`, a
   colour a scalar, a triple, or an array `(..., 3)`.
+* A lobe has `eval(v, l)`, `pdf(v, l)`, `sample(v, u)` and `albedo(v)`, see `lobes.Lobe`. Transmission is that of
+  radiance, with the factor (eta_v / eta_l)^2 (Walter et al. 2007, eq. 21; Portsmouth et al. 2026, eq. 2); `albedo`
+  counts energy.
 
-The parts (`ggx`, `fresnel`, `thin_film`, `albedo`, `diffuse`, `vectors`) are plain functions; `lobes` composes them.
+The parts are plain functions: distributions of facets (`ggx`, `beckmann`, `phong`, over `slopes`), `masking`, Fresnel
+terms (`fresnel`, `thin_film`, `reflectance`), `diffuse` and `vectors`. `microfacet` composes facets, `lobes` the public
+BSDFs, `blend` mixes them, `quadrature` integrates. `albedo` has the fit that energy compensation uses.
 This is the physics as the papers have it. What MaterialX's shaders do differently (mean-width masking, clamps, closure
 arithmetic) is in `mrm_mtlx.reference`, which is built on these parts.
 """
 
+from mrm_mtlx.bsdf.blend import Blend, partially_retroreflective, surroundings
+from mrm_mtlx.bsdf.diffuse_lobes import EON, Lambert
 from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Lobe
 from mrm_mtlx.bsdf.vectors import back_vector, half_vector, mirror
 
-__all__ = ["Conductor", "Dielectric", "GeneralizedSchlick", "Lobe", "back_vector", "half_vector", "mirror"]
+__all__ = [
+    "EON",
+    "Blend",
+    "Conductor",
+    "Dielectric",
+    "GeneralizedSchlick",
+    "Lambert",
+    "Lobe",
+    "back_vector",
+    "half_vector",
+    "mirror",
+    "partially_retroreflective",
+    "surroundings",
+]

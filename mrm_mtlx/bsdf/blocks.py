@@ -25,7 +25,11 @@ def processors() -> int:
 
 
 def evaluate_in_blocks(
-    function: Callable[..., Array], scalars: dict[str, Array], colors: dict[str, Array], vectors: tuple[Array, ...]
+    function: Callable[..., Array],
+    scalars: dict[str, Array],
+    colors: dict[str, Array],
+    vectors: tuple[Array, ...],
+    components: int = 3,
 ) -> Array:
     """Evaluate a lobe over the broadcast shape of its samples and parameters.
 
@@ -33,17 +37,19 @@ def evaluate_in_blocks(
     ----------
     function
         Called as `function(*vectors, **scalars, **colors)` with the components first: vectors (3, m), scalars () or
-        (m,), colours (3, 1) or (3, m); returns (3, m).
+        (m,), colours (3, 1) or (3, m); returns (components, m).
     scalars
         By name, shape (...).
     colors
         By name, shape (..., 3).
     vectors
         In order, shape (..., 3).
+    components
+        Of the result.
 
     Returns
     -------
-    ndarray, shape (..., 3)
+    ndarray, shape (..., components)
 
     Raises
     ------
@@ -63,7 +69,7 @@ def evaluate_in_blocks(
         k: a.reshape(1, 3) if a.size == 3 else np.broadcast_to(a, (*shape, 3)).reshape(count, 3)
         for k, a in colors.items()
     }
-    result = np.empty((count, 3))
+    result = np.empty((count, components))
 
     def fill(start: int) -> None:
         part = slice(start, start + BLOCK)
@@ -81,4 +87,4 @@ def evaluate_in_blocks(
         with ThreadPoolExecutor(min(processors(), len(starts))) as pool:
             for _ in pool.map(fill, starts):  # iterating raises what a block raised
                 pass
-    return result.reshape(*shape, 3)
+    return result.reshape(*shape, components)

@@ -1,4 +1,4 @@
-"""GGX microfacets: distribution of normals and height-correlated Smith masking."""
+"""GGX microfacets: distribution of normals, height-correlated Smith masking, sampling of (visible) normals."""
 
 from __future__ import annotations
 
@@ -63,3 +63,65 @@ def masking_shadowing_isotropic(cos_v: ArrayLike, cos_l: ArrayLike, alpha: Array
     root_v = np.sqrt(squared + (1.0 - squared) * np.square(cos_v))
     root_l = np.sqrt(squared + (1.0 - squared) * np.square(cos_l))
     return np.asarray(2.0 * cos_v * cos_l / (root_l * cos_v + root_v * cos_l))
+
+
+def sample_normal(u1: ArrayLike, u2: ArrayLike, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    """Facet normals with density D(m) mz (Walter et al. 2007, eq. 35-36), components first; u in [0, 1); (3, ...)."""
+    u1, phi = np.asarray(u1, dtype=float), 2.0 * np.pi * np.asarray(u2)
+    radius = np.sqrt(u1 / (1.0 - u1))
+    return from_slopes(np.asarray(alpha_x) * radius * np.cos(phi), np.asarray(alpha_y) * radius * np.sin(phi))
+
+
+def sample_visible(v: Array, u1: ArrayLike, u2: ArrayLike, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    """Facet normals that `v` sees, with density D_v(m) = G1(v) <v.m> D(m) / (n.v), components first, (3, ...).
+
+    In the space where the facets are a hemisphere, the half-vectors of v and of directions uniform on a spherical cap
+    (Dupuy and Benyoub 2023). v is unit with z >= 0; u in [0, 1).
+    """
+    return _cap_normal(v, u1, u2, alpha_x, alpha_y, 1.0)
+
+
+def sample_bounded(v: Array, u1: ArrayLike, u2: ArrayLike, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    """As `sample_visible`, on the smaller cap of Eto and Tokuyoshi (2023), which fewer reflections leave downwards.
+
+    Their density is `bounded_density`. It holds for reflected directions alone.
+    """
+    return _cap_normal(v, u1, u2, alpha_x, alpha_y, _cap_bound(v, alpha_x, alpha_y))
+
+
+def bounded_density(v: Array, d: Array, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    """Density of directions reflected by `sample_bounded` [1/sr], where D of their half-vector is `d`; shape (...).
+
+        D(h) / (2 (k n.v + sqrt((ax vx)^2 + (ay vy)^2 + vz^2)))         (Eto and Tokuyoshi 2023)
+
+    With k = 1 it is that of all visible normals, D_v(h) / (4 v.h).
+    """
+    stretched = np.sqrt(np.square(alpha_x * v[0]) + np.square(alpha_y * v[1]) + np.square(v[2]))
+    return np.asarray(d / (2.0 * (_cap_bound(v, alpha_x, alpha_y) * v[2] + stretched)))
+
+
+def from_slopes(x: Array, y: Array) -> Array:
+    """Unit normals (-x, -y, 1) / |...| of facets with slopes x and y, components first, (3, ...)."""
+    z = 1.0 / np.sqrt(1.0 + x * x + y * y)
+    return np.stack(np.broadcast_arrays(-x * z, -y * z, z))
+
+
+def _cap_bound(v: Array, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    """k, by which the cap is lower than the whole one (Eto and Tokuyoshi 2023); in (0, 1]."""
+    a2 = np.square(np.minimum(alpha_x, alpha_y))
+    s2 = np.square(1.0 + np.sqrt(v[0] * v[0] + v[1] * v[1]))
+    return np.asarray((1.0 - a2) * s2 / (s2 + a2 * np.square(v[2])))
+
+
+def _cap_normal(
+    v: Array, u1: ArrayLike, u2: ArrayLike, alpha_x: ArrayLike, alpha_y: ArrayLike, bound: ArrayLike
+) -> Array:
+    stretched = np.stack([alpha_x * v[0], alpha_y * v[1], np.broadcast_to(v[2], v[0].shape)])
+    stretched /= np.sqrt(np.sum(np.square(stretched), axis=0))
+    phi = 2.0 * np.pi * np.asarray(u2)
+    # The height on the cap, 1 - u (1 + k vz): its complement keeps the digits of narrow lobes.
+    fall = np.asarray(u1) * (1.0 + bound * stretched[2])
+    sine = np.sqrt(np.clip(fall * (2.0 - fall), 0.0, 1.0))
+    m = np.stack([stretched[0] + sine * np.cos(phi), stretched[1] + sine * np.sin(phi), stretched[2] + 1.0 - fall])
+    m = np.stack([alpha_x * m[0], alpha_y * m[1], np.maximum(m[2], 0.0)])
+    return np.asarray(m / np.sqrt(np.sum(np.square(m), axis=0)))

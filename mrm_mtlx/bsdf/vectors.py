@@ -12,6 +12,26 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
 
+def components(name: str, value: ArrayLike) -> Array:
+    """Directions as an array (..., 3). Raises ValueError, naming them, for another shape."""
+    array = np.asarray(value, dtype=float)
+    if array.shape[-1:] != (3,):
+        msg = f"{name} must have shape (..., 3), got {array.shape}"
+        raise ValueError(msg)
+    return array
+
+
+def color(name: str, value: ArrayLike) -> Array:
+    """A colour as an array (..., 3); a scalar is grey. Raises ValueError, naming it, for another shape."""
+    array = np.asarray(value, dtype=float)
+    if array.ndim == 0:
+        return np.full(3, array)
+    if array.shape[-1] != 3:
+        msg = f"{name} must be a scalar or have shape (..., 3), got {array.shape}"
+        raise ValueError(msg)
+    return array
+
+
 def dot(a: ArrayLike, b: ArrayLike) -> Array:
     """Scalar product over the last axis, shape (...)."""
     return np.asarray(np.einsum("...i,...i->...", np.asarray(a, dtype=float), np.asarray(b, dtype=float)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import thin_film
-from mrm_mtlx.bsdf.lobes import Rounding
+from mrm_mtlx.bsdf.reflectance import Rounding
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:

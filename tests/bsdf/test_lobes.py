@@ -308,8 +308,10 @@ def test_below_the_surface_there_is_nothing(rng, hemisphere, lobe, retroreflecti
     lobe = replace(lobe, retroreflective=retroreflective)
     v, l = hemisphere(rng, 500), hemisphere(rng, 500)
     down = np.array([1.0, 1.0, -1.0])
-    for pair in ((v * down, l), (v, l * down), (v * down, l * down), (v * [1.0, 1.0, 0.0], l)):
+    for pair in ((v * down, l), (v, l * down), (v * [1.0, 1.0, 0.0], l)):
         assert not np.any(lobe.eval(*pair))
+    # From inside a metal nothing is seen; an interface reflects on both sides.
+    assert np.any(lobe.eval(v * down, l * down)) == (not isinstance(lobe, Conductor))
     above = lobe.eval(v, l)
     assert np.mean(above > 0.0) > MOST
     # A curve with a black tint at 82 degrees falls below zero beside it; no other lobe is ever negative.
@@ -351,8 +353,23 @@ def test_colours_without_three_channels_are_refused():
         Dielectric(tint=np.ones((3, 1))).eval(V, V)
 
 
-@pytest.mark.parametrize("lobe", [Dielectric, GeneralizedSchlick])
-@pytest.mark.parametrize("mode", ["T", "RT", "r"])
-def test_transmission_is_refused(lobe, mode):
-    with pytest.raises(ValueError, match=rf"^scatter_mode must be 'R', the reflected part, got '{mode}'$"):
-        lobe(scatter_mode=mode).eval(V, V)
+@pytest.mark.parametrize(
+    ("name", "value", "choices"),
+    [
+        ("scatter_mode", "r", "'R', 'T', 'RT'"),
+        ("distribution", "GGX", "'ggx', 'beckmann', 'phong'"),
+        ("masking", "v-cavity", "'smith', 'smith_separable', 'v_cavity'"),
+        ("sampling", "", "'bounded', 'visible'"),
+    ],
+)
+def test_names_that_are_none_are_refused(name, value, choices):
+    lobe = Dielectric(**{name: value})
+    for call in (lambda: lobe.eval(V, V), lambda: lobe.pdf(V, V), lambda: lobe.sample(V, V)):
+        with pytest.raises(ValueError, match=rf"^{name} must be one of {choices}, got '{value}'$"):
+            call()
+
+
+@pytest.mark.parametrize("parts", [{"distribution": "beckmann"}, {"masking": "v_cavity"}])
+def test_compensation_without_a_fitted_albedo_is_refused(parts):
+    with pytest.raises(ValueError, match=r"^energy_compensation is known for distribution 'ggx' with masking 'smith'"):
+        Dielectric(energy_compensation=True, **parts).eval(V, V)

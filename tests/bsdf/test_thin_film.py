@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mrm_mtlx.bsdf import fresnel, lobes, thin_film
+from mrm_mtlx.bsdf import fresnel, reflectance, thin_film
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -108,7 +108,7 @@ def film_misses(candidate: Callable[..., Array], rng: np.random.Generator) -> fl
 
 
 def film_on_metal(cos_theta: Array, thickness: Array, film: Array, ior: Array, extinction: Array) -> Array:
-    return lobes.conductor_reflectance(cos_theta, ior[None], extinction[None], thickness, film)
+    return reflectance.conductor_reflectance(cos_theta, ior[None], extinction[None], thickness, film)
 
 
 def test_films_on_metals_and_dielectrics_match_complex_amplitudes(rng):
@@ -137,7 +137,7 @@ def test_a_third_term_of_the_series_is_seen(rng, monkeypatch):
 def test_a_film_on_schlicks_curve_gives_half_of_it_to_each_polarisation(rng):
     cos_theta, thickness, film, *_ = random_films(rng, 200)
     color0 = rng.uniform(0.02, 0.9, 200)
-    found = lobes.schlick_reflectance(cos_theta, color0, 0.8, 1.0, 5.0, thickness, film)
+    found = reflectance.schlick_reflectance(cos_theta, color0, 0.8, 1.0, 5.0, thickness, film)
     cos_film = thin_film.cosine_in_film(cos_theta, film)
     half = 0.5 * fresnel.generalized_schlick(cos_film, color0, 0.8, 1.0, 5.0)
     expected = []
@@ -151,7 +151,7 @@ def test_a_film_on_schlicks_curve_gives_half_of_it_to_each_polarisation(rng):
 def test_no_film_leaves_the_bare_surface_where_it_is_absent_alone():
     cos_theta, thickness = np.full(4, 0.7), np.array([0.0, 300.0, 0.0, 500.0])
     bare = fresnel.conductor(0.7, 0.2, 3.4)
-    found = lobes.conductor_reflectance(cos_theta, np.full((3, 1), 0.2), np.full((3, 1), 3.4), thickness, 1.5)
+    found = reflectance.conductor_reflectance(cos_theta, np.full((3, 1), 0.2), np.full((3, 1), 3.4), thickness, 1.5)
     assert np.all(found[:, [0, 2]] == bare)
     assert np.all(np.abs(found[:, [1, 3]] - bare) > RGB_TOL)
 
@@ -253,5 +253,5 @@ def test_the_colour_of_a_film_is_a_reflectance(rng):
 
 def test_a_film_thinner_than_the_outside_counts_as_none_of_its_index():
     cos_theta = np.linspace(0.1, 1.0, 20)
-    below = lobes.dielectric_reflectance(cos_theta, 1.5, 300.0, 0.8)
-    assert np.array_equal(below, lobes.dielectric_reflectance(cos_theta, 1.5, 300.0, 1.0))
+    below = reflectance.dielectric_reflectance(cos_theta, 1.5, 300.0, 0.8)
+    assert np.array_equal(below, reflectance.dielectric_reflectance(cos_theta, 1.5, 300.0, 1.0))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.bsdf.lobes import EXACT, Rounding
+from mrm_mtlx.bsdf.reflectance import EXACT, Rounding
 from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.models import Model
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import albedo, fresnel, ggx
-from mrm_mtlx.bsdf.lobes import conductor_reflectance, dielectric_reflectance, schlick_reflectance
+from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.closures.glossy import reflected_radiance, refracted_radiance
 from mrm_mtlx.reference.closures.light import (
