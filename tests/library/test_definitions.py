@@ -29,6 +29,14 @@ def ours() -> mx.Document:
     return document
 
 
+@pytest.fixture(scope="module")
+def new_nodes() -> mx.Document:
+    """The file with the definitions of the nodes that MaterialX has not."""
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, str(node_library_folder() / "pbrlib" / "mrm_node_defs.mtlx"))
+    return document
+
+
 def differences(ours: mx.Document, upstream: mx.Document) -> list[str]:
     """What a document could notice of the change from one library's definitions to the other's."""
     found = []
@@ -60,6 +68,40 @@ def test_the_library_defines_the_three_microfacet_nodes(ours):
 
 def test_the_definitions_are_those_of_the_installed_materialx(ours, upstream_library):
     assert differences(ours, upstream_library.document) == []
+
+
+PARTIAL = "retroreflectivity"
+
+
+def as_standard(document: mx.Document) -> mx.Document:
+    """The definitions of partial retroreflection under the names of the nodes they extend, with the flag again."""
+    standard = mx.createDocument()
+    for node in NODES:
+        definition = standard.addNodeDef(f"ND_{node}")
+        definition.copyContentFrom(document.getNodeDef(f"ND_mrm_{node}"))
+        definition.setNodeString(node)
+        flag = definition.getInput(PARTIAL)
+        flag.setName("retroreflective")
+        flag.setType("boolean")
+        flag.setValueString("false")
+        flag.setAttribute("uniform", "true")
+    return standard
+
+
+def test_partial_retroreflection_has_the_interface_of_the_standard_nodes_but_for_the_flag(new_nodes, upstream_library):
+    assert differences(as_standard(new_nodes), upstream_library.document) == []
+    for node in NODES:
+        amount = new_nodes.getNodeDef(f"ND_mrm_{node}").getInput(PARTIAL)
+        assert (amount.getType(), amount.getIsUniform()) == ("float", False)
+    damaged = new_nodes.copy()
+    damaged.getNodeDef("ND_mrm_dielectric_bsdf").getInput("ior").setValue(1.6)
+    assert differences(as_standard(damaged), upstream_library.document) == ["ND_dielectric_bsdf/ior: value"]
+
+
+def test_no_new_node_has_a_name_of_the_standard_library(new_nodes, upstream_library):
+    for definition in new_nodes.getNodeDefs():
+        assert definition.getNodeString().startswith("mrm_")
+        assert not upstream_library.document.getMatchingNodeDefs(definition.getNodeString())
 
 
 def _swap_inputs(document: mx.Document) -> None:
@@ -121,8 +163,9 @@ def undocumented(document: mx.Document) -> list[str]:
     return found
 
 
-def test_every_input_says_what_it_is_and_where_it_may_go(ours):
+def test_every_input_says_what_it_is_and_where_it_may_go(ours, new_nodes):
     assert undocumented(ours) == []
+    assert undocumented(new_nodes) == []
 
 
 def test_the_stock_definitions_would_not_pass(upstream_library):
@@ -154,8 +197,9 @@ def out_of_range(document: mx.Document) -> list[str]:
     return found
 
 
-def test_defaults_lie_within_their_ranges(ours):
+def test_defaults_lie_within_their_ranges(ours, new_nodes):
     assert out_of_range(ours) == []
+    assert out_of_range(new_nodes) == []
     damaged = ours.copy()
     damaged.getNodeDef("ND_conductor_bsdf").getInput("roughness").setAttribute("uimin", "0.1, 0.0")
     assert out_of_range(damaged) == ["ND_conductor_bsdf/roughness: uimin"]
