@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 # A layer may import the layers below it, and itself.
 LAYERS = (
     {"cli"},
+    {"plots"},
     {"validation", "render", "measured"},
     {"engines", "reference"},
     {"shadergen"},
@@ -21,7 +22,7 @@ LAYERS = (
 )
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 # Heavy packages that no command may load before it needs them.
-HEAVY = ("MaterialX", "numpy", "moderngl", "OpenImageIO", "rich", "pebble", "slangpy")
+HEAVY = ("MaterialX", "numpy", "moderngl", "OpenImageIO", "rich", "pebble", "slangpy", "matplotlib", "scipy")
 
 
 def imports(path: Path) -> set[str]:

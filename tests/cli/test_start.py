@@ -14,10 +14,10 @@ import pytest
 
 from mrm_mtlx import __version__
 
-COMMANDS = ("validate", "conformance", "generate", "render", "rules", "doctor", "library")
+COMMANDS = ("validate", "conformance", "generate", "render", "plot", "rules", "doctor", "library")
 
 # Packages that take a tenth of a second and more to import, or need a driver.
-HEAVY = ("MaterialX", "numpy", "rich", "moderngl", "OpenImageIO", "pebble", "slangpy", "scipy")
+HEAVY = ("MaterialX", "numpy", "rich", "moderngl", "OpenImageIO", "pebble", "slangpy", "scipy", "matplotlib")
 
 
 def test_the_version_is_that_of_the_package(mrm, repository):
