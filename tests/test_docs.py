@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +19,7 @@ PAGES = (
     "docs/development.md",
     "docs/comparison.md",
     "docs/osl.md",
+    "docs/plots.md",
     "docs/reference.md",
     "materials/README.md",
 )
@@ -52,7 +52,13 @@ COMMANDS = {
     "pip install 'mrm-mtlx[osl]'": "(tests/test_wheel.py installs)",
     "python docs/osl_accuracy.py > docs/osl-accuracy.md": "(takes minutes; it is imported below)",
     "python benchmarks/run.py": "(takes minutes and prints times; benchmarks are imported below)",
-    "python docs/figures.py": "(needs the extra dev; its parts are imported below)",
+    "python docs/pictures.py": "(takes minutes; it is imported below)",
+    "mrm plot --roughness 0.4 --light 20 --light 60 -o lobes.svg": None,
+    "mrm plot --roughness 0.4 --light 20 --light 60 --scale polar -o polar.svg": None,
+    "mrm plot --model conductor --alpha 0.05 --distribution beckmann --masking v_cavity -o gold.png": None,
+    "mrm plot materials/retroreflective_tape_yellow.mtlx --light 15 --light 60 -o tape.svg": None,
+    "mrm plot --figure all -o docs/figures": None,
+    "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
 }
 RUN = {command: told or command for command, told in COMMANDS.items() if told is None or not told.startswith("(")}
@@ -136,15 +142,6 @@ def test_links_of_the_pages_lead_somewhere(page: str) -> None:
 
 
 def test_benchmarks_and_figures_import() -> None:
-    scripts = ["benchmarks/run.py", "docs/osl_accuracy.py"] + (
-        ["docs/figures.py"] if shutil.which("ruff") and _has("matplotlib") else []
-    )
-    for script in scripts:
+    for script in ("benchmarks/run.py", "docs/osl_accuracy.py", "docs/pictures.py"):
         code = f"import runpy; runpy.run_path({str(REPOSITORY / script)!r}, run_name='imported')"
         subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
-
-
-def _has(module: str) -> bool:
-    from importlib.util import find_spec
-
-    return find_spec(module) is not None

@@ -274,6 +274,8 @@ def _write_figures(figure: FigureName, output: Path, measured: Path | None) -> N
         _check_output(output)
         files = {figure: output}
     else:
+        if output.suffix:
+            raise typer.BadParameter(f"{output}: expected a folder, for several figures", param_hint="--output")
         try:
             output.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -60,11 +60,11 @@ SETTINGS: Any = {
     "svg.hashsalt": "mrm plot",
     "pdf.fonttype": 42,
 }
-# By suffix, what else is written into a file; None leaves out what would differ between runs or versions.
+# By suffix, what else is written into a file; None leaves out what would differ between runs.
 METADATA: dict[str, Any] = {
-    ".png": {"Software": None},
-    ".svg": {"Date": None, "Creator": None},
-    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    ".png": {},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
 }
 SUFFIXES = tuple(METADATA)
 # As many names and variants as there are colours and dashes to tell them apart.

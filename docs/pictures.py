@@ -1,4 +1,4 @@
-"""Makes the pictures of the documentation: `python docs/figures.py`. Needs matplotlib, which the extra `dev` brings."""
+"""Makes the pictures of the documentation: `python docs/pictures.py`."""
 
 from __future__ import annotations
 
