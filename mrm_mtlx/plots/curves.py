@@ -16,7 +16,8 @@ LARGEST = float(np.deg2rad(89.9))
 # Relative luminance of linear Rec. 709, the colour space of MaterialX's documents; a grey keeps its value.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
-_STEP = np.deg2rad(0.5)
+# Every half a degree, the same on both sides.
+_EVEN = np.linspace(0.0, LARGEST, 181)
 # Angles about a peak [rad], 24 to a decade, from a hundredth of the narrowest width of float32 to a right angle:
 # a lobe of any width between has its samples where it bends, without its width being known.
 _ABOUT_A_PEAK = np.geomspace(2.5e-7, np.pi / 2, 164)
@@ -52,9 +53,8 @@ def view_angles(theta_l: float) -> Array:
 
     The peaks are the directions of retroreflection, theta_l, and of the mirror, -theta_l; both are among the angles.
     """
-    even = np.arange(-LARGEST, LARGEST, _STEP)
     about = np.concatenate([-_ABOUT_A_PEAK, [0.0], _ABOUT_A_PEAK])
-    every = np.concatenate([even, about + theta_l, about - theta_l, [-LARGEST, LARGEST]])
+    every = np.concatenate([-_EVEN, _EVEN, about + theta_l, about - theta_l])
     return np.unique(every[np.abs(every) <= LARGEST])
 
 
