@@ -89,7 +89,7 @@ def sample_visible(v: Array, u1: ArrayLike, u2: ArrayLike, alpha_x: ArrayLike, a
         end = np.minimum(np.arcsinh(np.sqrt(nu) * (cos_theta / sin_theta)), _TAIL)
     q = slopes.sample_visible(u1, cos_theta, sin_theta, np.broadcast_to(end, u1.shape), _student(nu))
     # Across, given q: Student with one more degree of freedom, wider by sqrt(1 + q^2).
-    t = special.stdtrit(nu + 1.0, np.maximum(u2, np.finfo(float).tiny))
+    t = special.stdtrit(nu + 1.0, np.maximum(u2, slopes.LEAST))
     r = t * np.sqrt((1.0 + q * q) / (nu + 1.0))
     return from_slopes(stretch * (cos_phi * q - sin_phi * r), (sin_phi * q + cos_phi * r) / stretch)
 

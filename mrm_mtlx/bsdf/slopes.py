@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 # Newton's method, halving the interval where it would leave it: 60 halvings alone exhaust double precision.
 _STEPS = 60
 
+# What a random number of 0 is taken for, half of the next one: the slope would be infinite.
+LEAST = 2.0**-54
+
 
 class Marginal(NamedTuple):
     """Distribution of the slope q along one axis, as functions of a parameter s that rises with q."""
@@ -42,7 +45,7 @@ def sample_visible(u: Array, cos_theta: Array, sin_theta: Array, end: Array, mar
     def visible(s: Array) -> Array:
         return np.asarray(cos_theta * marginal.cumulative(s) + sin_theta * marginal.moment(s))
 
-    goal = u * visible(end)
+    goal = np.maximum(u, LEAST) * visible(end)
     low, high = np.full_like(end, marginal.lowest), end.copy()
     s = 0.5 * (low + high)
     for _ in range(_STEPS):
