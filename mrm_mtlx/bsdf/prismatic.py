@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import fresnel
-from mrm_mtlx.bsdf.vectors import mirror
+from mrm_mtlx.bsdf.vectors import components, mirror
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -54,7 +54,7 @@ def effective_area(d: ArrayLike) -> Array:
     >>> round(float(effective_area([1.0, 1.0, 1.0])), 6)
     0.666667
     """
-    d = np.maximum(_directions("d", d), 0.0)
+    d = np.maximum(components("d", d), 0.0)
     total = np.sum(d, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         x = 2.0 * d / total[..., None] - 1.0
@@ -89,7 +89,7 @@ def face_reflectance(d: ArrayLike, ior: ArrayLike, backing: str = "air") -> Arra
     ValueError
         If `ior` is below 1 or `backing` is none of the two.
     """
-    d, ior = _directions("d", d), _index(ior)
+    d, ior = components("d", d), _index(ior)
     if backing not in BACKINGS:
         msg = f"backing must be one of {', '.join(BACKINGS)}, got {backing!r}"
         raise ValueError(msg)
@@ -129,7 +129,7 @@ def retroreflected_share(v: ArrayLike, ior: ArrayLike, backing: str = "air", rot
     >>> round(float(retroreflected_share([0.0, 0.0, 1.0], 1.5)), 6)
     0.666667
     """
-    v, ior = _directions("v", v), _index(ior)
+    v, ior = components("v", v), _index(ior)
     if rotation is None:
         turns = (np.arange(_ROTATIONS) + 0.5) * (np.pi / 3.0 / _ROTATIONS)
         each = retroreflected_share(v[..., None, :], ior[..., None], backing, turns)
@@ -142,7 +142,7 @@ def retroreflected_share(v: ArrayLike, ior: ArrayLike, backing: str = "air", rot
 
 def refracted(v: ArrayLike, ior: ArrayLike) -> Array:
     """Direction inside of the sheet, towards the surface, of what is seen along v through a smooth plane; (..., 3)."""
-    v, ior = _directions("v", v), _index(ior)
+    v, ior = components("v", v), _index(ior)
     across = v[..., :2] / ior[..., None]
     up = np.sqrt(np.maximum(1.0 - np.sum(np.square(across), axis=-1), 0.0))
     return np.concatenate([across, up[..., None]], axis=-1)
@@ -187,14 +187,6 @@ def _corner_axes(d: Array, rotation: Array) -> Array:
     azimuths = rotation[..., None] + np.array([0.0, 2.0, 4.0]) * (np.pi / 3.0)
     leaning = d[..., 0, None] * np.cos(azimuths) + d[..., 1, None] * np.sin(azimuths)
     return np.asarray(d[..., 2, None] / np.sqrt(3.0) + np.sqrt(2.0 / 3.0) * leaning)
-
-
-def _directions(name: str, a: ArrayLike) -> Array:
-    a = np.asarray(a, dtype=float)
-    if a.ndim == 0 or a.shape[-1] != 3:
-        msg = f"{name} must have shape (..., 3), got {a.shape}"
-        raise ValueError(msg)
-    return a
 
 
 def _index(ior: ArrayLike) -> Array:

@@ -77,9 +77,9 @@ def as_standard(document: mx.Document) -> mx.Document:
     """The definitions of partial retroreflection under the names of the nodes they extend, with the flag again."""
     standard = mx.createDocument()
     for node in NODES:
-        definition = standard.addNodeDef(f"ND_{node}")
+        definition = standard.addNodeDef(f"ND_{node}", "", node)
         definition.copyContentFrom(document.getNodeDef(f"ND_mrm_{node}"))
-        definition.setNodeString(node)
+        definition.setNodeString(node)  # which the copy has overwritten
         flag = definition.getInput(PARTIAL)
         flag.setName("retroreflective")
         flag.setType("boolean")
