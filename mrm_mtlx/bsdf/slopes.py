@@ -51,7 +51,7 @@ def sample_visible(u: Array, cos_theta: Array, sin_theta: Array, end: Array, mar
     for _ in range(_STEPS):
         excess = visible(s) - goal
         low, high = np.where(excess < 0.0, s, low), np.where(excess < 0.0, high, s)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             step = s - excess / ((cos_theta - marginal.slope(s) * sin_theta) * marginal.density(s))
         inside = (step > low) & (step < high)
         following = np.where(inside, step, 0.5 * (low + high))
