@@ -13,15 +13,15 @@ number, or 1 where light is totally reflected. A metal is black from below.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
 from mrm_mtlx.bsdf import albedo, fresnel, ggx, microfacet
 from mrm_mtlx.bsdf.blocks import evaluate_in_blocks
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Smith
-from mrm_mtlx.bsdf.quadrature import ACCURACY, albedo_by_sampling
+from mrm_mtlx.bsdf.quadrature import ACCURACY, over_unit_square
 from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.bsdf.vectors import color, components
 
@@ -138,15 +138,12 @@ class Microfacet(ABC):
         ArithmeticError
             If the accuracy is not reached.
         """
-        if self.scatter_mode == "RT":
-            return self._only("R").albedo(v, accuracy=0.5 * accuracy) + self._only("T").albedo(
-                v, accuracy=0.5 * accuracy
-            )
-        scale: ArrayLike = 1.0
-        if self.scatter_mode == "T":
-            ratio = np.square(self._index())
-            scale = np.where(np.asarray(v, dtype=float)[..., 2] < 0.0, 1.0 / ratio, ratio)
-        return albedo_by_sampling(self, v, scale=scale, accuracy=accuracy)
+        v = components("v", v)
+
+        def integrand(u: Array) -> Array:
+            return self._over_blocks(self._scattered, 3, {"v": v, "u": u})
+
+        return over_unit_square(integrand, v.shape[:-1], accuracy)
 
     @abstractmethod
     def _colors(self) -> dict[str, ArrayLike]:
@@ -163,9 +160,6 @@ class Microfacet(ABC):
     def _index(self) -> Array:
         """Index inside over outside, shape (...); 1 where there is no inside."""
         return np.ones(())
-
-    def _only(self, scatter_mode: str) -> Self:
-        return replace(self, scatter_mode=scatter_mode)  # type: ignore[call-arg]  # a field of the interfaces
 
     # The methods below run on blocks, components first: (3, m).
 
@@ -223,6 +217,34 @@ class Microfacet(ABC):
                 is_reflected, self._seen(up, self.retroreflective), self._seen(down, self.retroreflective_btdf)
             )
         return np.where(above, np.where(seen_below, -l, l), 0.0)
+
+    def _scattered(self, v: Array, u: Array, *, facets: microfacet.Facets, index: Array, **parameters: Array) -> Array:
+        """Share of what arrives along v that a facet drawn with u scatters: the integrand of the albedo.
+
+        Of facets that v sees, F G2 / G1 is reflected to above, (1 - F) G2 / G1 refracted to below (Walter et al. 2007,
+        eq. 41, with visible normals).
+        """
+        v, _, eta, inside = self._from_above(v, v, index)
+        above = v[2] > 0.0
+        v = np.where(above, v, np.array([[0.0], [0.0], [1.0]]))
+        tint = parameters.pop("tint", 1.0)
+        share: Array | float = 0.0
+        for mode, mirrored in (("R", self.retroreflective), ("T", self.retroreflective_btdf)):
+            if mode not in self.scatter_mode:
+                continue
+            seen = self._seen(v, mirrored)
+            m, weight = facets.points(seen, u)
+            reflectance = self._seen_reflectance(np.clip(np.sum(seen * m, axis=0), 0.0, 1.0), eta, inside, parameters)
+            if mode == "R":
+                kept = weight * facets.unhidden(seen, microfacet.reflect(seen, m), m)
+                if self.energy_compensation:
+                    white = albedo.white_albedo(v[2], np.sqrt(facets.alpha_x * facets.alpha_y))
+                    reflectance = reflectance * albedo.compensation(reflectance, white)
+                share = share + kept * reflectance
+            else:
+                kept = weight * facets.unhidden(seen, microfacet.refract(seen, m, eta), m)
+                share = share + kept * (1.0 - reflectance)
+        return np.where(above, share * tint, 0.0)
 
     def _seen(self, v: Array, mirrored: bool) -> Array:
         return v * np.array([[-1.0], [-1.0], [1.0]]) if mirrored else v  # v', see vectors.mirror
@@ -345,7 +367,8 @@ class Interface(Microfacet):
         Whether transmission is seen from v' as well. The standards leave it ordinary: at an index near 1 a
         retroreflective one bends what is behind (Portsmouth et al. 2026, Figure 6).
 
-    At an index of exactly 1 transmission is a delta at -v, which has no density: `eval` and `pdf` are 0.
+    At an index of exactly 1 transmission is a delta at -v, which has no density: `sample` gives it and `albedo` counts
+    it, `eval` and `pdf` are 0.
     """
 
     scatter_mode: str = "R"  # type: ignore[misc]  # of the class where there is no choice, of the object here

@@ -74,6 +74,12 @@ class Masking(Protocol):
         """Normals with density D_v(m) = G1(v, m) <v.m> D(m) / (n.v), (3, m), and the rest of u[2], uniform."""
         ...
 
+    def points(
+        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
+    ) -> tuple[Array, Array]:
+        """Normals over the square of u[0] and u[1], (3, m), and weights (m,) that make their density D_v(m)."""
+        ...
+
 
 class Smith:
     """Smith masking (Portsmouth et al. 2026, eq. 8): facets hide each other at random.
@@ -120,6 +126,12 @@ class Smith:
         """The distribution's own."""
         return facets.sample_visible(v, u[0], u[1], alpha_x, alpha_y), u[2]
 
+    def points(
+        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
+    ) -> tuple[Array, Array]:
+        """Visible normals, all of one weight."""
+        return facets.sample_visible(v, u[0], u[1], alpha_x, alpha_y), np.ones(())
+
 
 class VCavity:
     """V-cavity masking (Portsmouth et al. 2026, eq. 9): each facet stands opposite its mirror image.
@@ -165,6 +177,14 @@ class VCavity:
             rest = np.where(kept, u[2] / share, (u[2] - share) / (1.0 - share))
         sign = np.where(kept, 1.0, -1.0)
         return np.stack([sign * m[0], sign * m[1], m[2]]), rest
+
+    def points(
+        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
+    ) -> tuple[Array, Array]:
+        """All normals with density D(m) mz; their weight, G1 <v.m> / ((n.v) mz), is at most 2."""
+        m = facets.sample_normal(u[0], u[1], alpha_x, alpha_y)
+        cos_m = v[0] * m[0] + v[1] * m[1] + v[2] * m[2]
+        return m, self._g1(v, m, cos_m) * cos_m / (v[2] * m[2])
 
     @staticmethod
     def _g1(w: Array, m: Array, cos_m: Array) -> Array:

@@ -54,6 +54,22 @@ class Facets:
         """Facets with density `visible`, (3, m), and what is left of u[2], uniform again."""
         return self.masking.sample_visible(self.distribution, v, u, self.alpha_x, self.alpha_y)
 
+    def points(self, v: Array, u: Array) -> tuple[Array, Array]:
+        """Facets over the square of u[0] and u[1], (3, m), and their weight: together they have density `visible`."""
+        return self.masking.points(self.distribution, v, u, self.alpha_x, self.alpha_y)
+
+    def unhidden(self, v: Array, l: Array, m: Array) -> Array:
+        """Share of the facets seen from v that l reaches too, G2 / G1, shape (m,); 0 where l is the zero vector."""
+        scattered, transmitted = l[2] != 0.0, l[2] < 0.0
+        g1 = self.masking.masking(self.distribution, v, m, self.alpha_x, self.alpha_y)
+        up = np.where(scattered, np.where(transmitted, l * _DOWNWARDS, l), _UP)
+        g2 = np.where(
+            transmitted,
+            self.masking_shadowing(v, up, m, transmitted=True),
+            self.masking_shadowing(v, up, m),
+        )
+        return np.where(scattered & (g1 > 0.0), g2 / np.where(g1 > 0.0, g1, 1.0), 0.0)
+
     @property
     def has_bound(self) -> bool:
         """Whether reflections are sampled on the bounded cap, which is known for GGX with Smith masking."""
@@ -87,10 +103,11 @@ def refracting(v: Array, l: Array, eta: Array) -> Geometry:
     """The facets that refract l, below, to v, above; m = -(v + eta l) / |...| or its opposite, the one with mz > 0.
 
     `eta` is the index on the side of l over that on the side of v. No facet refracts where v.m and l.m have one sign.
+    Nor where eta is 1: all facets send v to -v, and v + l there is nothing but rounding.
     """
     toward = v + eta * l
     length = np.sqrt(_dot(toward, toward))
-    counts = (v[2] > 0.0) & (l[2] < 0.0) & (length > 0.0)
+    counts = (v[2] > 0.0) & (l[2] < 0.0) & (length > 0.0) & (eta != 1.0)
     length = np.where(counts, length, 1.0)
     m = np.where(counts, toward, _UP) / length
     m = np.where(m[2] < 0.0, -m, m)
