@@ -53,12 +53,14 @@ def sample_visible(u: Array, cos_theta: Array, sin_theta: Array, end: Array, mar
     s = 0.5 * (low + high)
     for _ in range(_STEPS):
         excess = visible(s) - goal
-        if np.all(np.abs(excess) <= _PRECISION * all_visible):
+        found = np.abs(excess) <= _PRECISION * all_visible
+        if np.all(found):
             break
         low, high = np.where(excess < 0.0, s, low), np.where(excess < 0.0, high, s)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             step = s - excess / ((cos_theta - marginal.slope(s) * sin_theta) * marginal.density(s))
-        s = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        step = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        s = np.where(found, s, step)
     return np.asarray(marginal.slope(s))
 
 
