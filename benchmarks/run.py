@@ -1,4 +1,7 @@
-"""Benchmarks: `python benchmarks/run.py [oracle|surface|gl|validate]...`. Prints tables; no test depends on them."""
+"""Benchmarks, which print tables; no test depends on them.
+
+`python benchmarks/run.py [oracle|mitsuba|surface|gl|validate]...`
+"""
 
 from __future__ import annotations
 
@@ -28,34 +31,154 @@ def best_time(function, repeats: int = REPEATS) -> float:
     return min(times)
 
 
+GOLD = {"ior": (0.183, 0.421, 1.373), "extinction": (3.424, 2.346, 1.770)}
+COUNT = 1 << 20
+COLUMNS = ("eval", "pdf", "sample")
+
+
+def directions() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions v and l over the upper hemisphere, and random numbers."""
+    rng = np.random.default_rng(0)
+    v, l = (np.abs(rng.normal(size=(COUNT, 3))) for _ in range(2))
+    v, l = (a / np.linalg.norm(a, axis=1, keepdims=True) for a in (v, l))
+    return v, l, rng.uniform(size=(COUNT, 3))
+
+
+def rates(functions) -> str:
+    """Millions per second of each function, in columns."""
+    return "  ".join(f"{COUNT / best_time(function) / 1e6:7.2f}" for function in functions)
+
+
+def lobe_functions(lobe, v, l, u) -> tuple:
+    """What is timed of a lobe."""
+    return lambda: lobe.eval(v, l), lambda: lobe.pdf(v, l), lambda: lobe.sample(v, u)
+
+
+def heading(title: str) -> str:
+    return f"{title:44}{'  '.join(f'{name:>7}' for name in COLUMNS)}   [M/s]"
+
+
 def oracle() -> None:
-    """Evaluations per second of the oracle, float64."""
+    """Values, densities and samples per second of the lobes, float64."""
     from mrm_mtlx import bsdf
     from mrm_mtlx.bsdf import blocks
 
-    rng = np.random.default_rng(0)
-    count = 1 << 20
-    v, l = (np.abs(rng.normal(size=(count, 3))) for _ in range(2))
-    v, l = (a / np.linalg.norm(a, axis=1, keepdims=True) for a in (v, l))
-    gold = {"ior": (0.183, 0.421, 1.373), "extinction": (3.424, 2.346, 1.770), "alpha": (0.1, 0.2)}
+    v, l, u = directions()
+    gold = {**GOLD, "alpha": (0.1, 0.2), "retroreflective": True}
+    interface = {"alpha": (0.1, 0.2), "retroreflective": True}
+    conductor = bsdf.Conductor(**gold)
     lobes = {
-        "conductor": bsdf.Conductor(**gold, retroreflective=True),
-        "conductor, energy compensation": bsdf.Conductor(**gold, retroreflective=True, energy_compensation=True),
-        "conductor, thin film": bsdf.Conductor(**gold, retroreflective=True, thinfilm_thickness=400.0),
-        "dielectric": bsdf.Dielectric(1.5, alpha=(0.1, 0.2), retroreflective=True),
-        "generalised Schlick": bsdf.GeneralizedSchlick(0.2, alpha=(0.1, 0.2), retroreflective=True),
+        "conductor": conductor,
+        "conductor, energy compensation": bsdf.Conductor(**gold, energy_compensation=True),
+        "conductor, thin film": bsdf.Conductor(**gold, thinfilm_thickness=400.0),
+        "conductor, V-cavities": bsdf.Conductor(**gold, masking="v_cavity"),
+        "conductor, Beckmann": bsdf.Conductor(**gold, distribution="beckmann"),
+        "conductor, Phong": bsdf.Conductor(**gold, distribution="phong"),
+        "dielectric": bsdf.Dielectric(1.5, **interface),
+        "dielectric, transmission": bsdf.Dielectric(1.5, **interface, scatter_mode="T"),
+        "dielectric, both": bsdf.Dielectric(1.5, **interface, scatter_mode="RT"),
+        "generalised Schlick": bsdf.GeneralizedSchlick(0.2, **interface),
+        "conductor, half retroreflective": bsdf.partially_retroreflective(conductor, 0.5),
     }
-    print(f"oracle: {count} evaluations in float64, {blocks.processors()} processors, best of {REPEATS}")
+    print(f"oracle: {COUNT} samples in float64, {blocks.processors()} processors, best of {REPEATS}")
+    print(heading(""))
     for name, lobe in lobes.items():
-        print(f"  {name:32} {count / best_time(lambda lobe=lobe: lobe.eval(v, l)) / 1e6:6.2f} M/s")
+        print(f"  {name:42}{rates(lobe_functions(lobe, v, l, u))}", flush=True)
     chosen = blocks.BLOCK
     sizes = []
     for exponent in range(10, 19, 2):
         blocks.BLOCK = 1 << exponent
-        rate = count / best_time(lambda: lobes["conductor"].eval(v, l)) / 1e6
-        sizes.append(f"2^{exponent}: {rate:.1f}")
+        sizes.append(f"2^{exponent}: {rates([lambda: conductor.eval(v, l)]).strip()}")
     blocks.BLOCK = chosen
-    print(f"  conductor by block size [M/s]    {', '.join(sizes)}")
+    print(f"  conductor, eval by block size [M/s]       {', '.join(sizes)}")
+
+
+# Mitsuba's descriptions beside the lobes of the same facets.
+FACETS = {"alpha": (0.1, 0.2), "masking": "smith_separable"}
+IN_MITSUBA = {
+    "conductor": {
+        "type": "roughconductor",
+        "eta": {"type": "rgb", "value": GOLD["ior"]},
+        "k": {"type": "rgb", "value": GOLD["extinction"]},
+    },
+    "dielectric": {"type": "roughdielectric", "int_ior": 1.5, "ext_ior": 1.0},
+}
+
+
+def directions_for(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """As `directions`; for an interface, half of l below."""
+    v, l, u = directions()
+    if kind == "dielectric":
+        l[::2, 2] *= -1.0
+    return v, l, u
+
+
+def mitsuba() -> None:
+    """The same lobes here and in Mitsuba 3, whose kernels LLVM compiles."""
+    from mrm_mtlx import bsdf
+    from mrm_mtlx.bsdf import blocks
+
+    print(f"mitsuba: {COUNT} samples, separable Smith masking, {blocks.processors()} processors, best of {REPEATS}")
+    print(heading(""))
+    for distribution in ("ggx", "beckmann"):
+        facets = {**FACETS, "distribution": distribution}
+        lobes = {
+            "conductor": bsdf.Conductor(**GOLD, **facets),
+            "dielectric": bsdf.Dielectric(1.5, **facets, scatter_mode="RT"),
+        }
+        for kind, lobe in lobes.items():
+            here = rates(lobe_functions(lobe, *directions_for(kind)))
+            print(f"  {f'{kind}, {distribution}: here, float64':42}{here}", flush=True)
+            print(mitsuba_in_a_process(kind, distribution), flush=True)
+
+
+def mitsuba_in_a_process(kind: str, distribution: str) -> str:
+    """Mitsuba's lines of the table, or why there are none. An LLVM that is too old for it ends the process."""
+    code = f"import sys; sys.path[:0] = ['benchmarks']; import run; run.time_mitsuba({kind!r}, {distribution!r})"
+    home = tempfile.mkdtemp()  # where compiled kernels are kept
+    environment = {**os.environ, "HOME": home}
+    try:
+        run = subprocess.run(
+            [sys.executable, "-c", code], cwd=REPOSITORY, env=environment, capture_output=True, text=True, check=False
+        )
+    finally:
+        shutil.rmtree(home)
+    if run.returncode:
+        lines = [line for line in run.stderr.splitlines() if "rror" in line] or [f"status {run.returncode}"]
+        return f"  Mitsuba's LLVM variant does not run here: {lines[0]} (DRJIT_LIBLLVM_PATH names another LLVM)"
+    return run.stdout.rstrip()
+
+
+def time_mitsuba(kind: str, distribution: str) -> None:
+    """Print the figures of this process: Mitsuba's, directions and random numbers being in its arrays."""
+    import drjit as dr
+    import mitsuba as mi
+
+    mi.set_variant("llvm_ad_rgb")
+    v, l, u = (mi.Vector3f(a.T.astype(np.float32)) for a in directions_for(kind))
+    bsdf = mi.load_dict(
+        {**IN_MITSUBA[kind], "distribution": distribution, "alpha_u": FACETS["alpha"][0], "alpha_v": FACETS["alpha"][1]}
+    )
+    context, at = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f, COUNT)
+    at.wi = v
+    dr.eval(at, l, u)
+    dr.sync_thread()
+
+    def timed(function):
+        def run() -> None:  # Mitsuba records operations; they run when their result is asked for
+            dr.eval(function())
+            dr.sync_thread()
+
+        return run
+
+    functions = (
+        timed(lambda: bsdf.eval(context, at, l)),
+        timed(lambda: bsdf.pdf(context, at, l)),
+        timed(lambda: bsdf.sample(context, at, u.z, mi.Point2f(u.x, u.y))[0].wo),
+    )
+    first = "  ".join(f"{best_time(function, 1):7.2f}" for function in functions)
+    print(f"  {'  Mitsuba, float32':42}{rates(functions)}")
+    print(f"  {'  its first call, with compilation [s]':42}{first}")
 
 
 # Every lobe of the surface model in use.
@@ -190,7 +313,7 @@ def _timed(command: list[str]) -> float:
         shutil.rmtree(cache)
 
 
-BENCHMARKS = {"oracle": oracle, "surface": surface, "gl": gl, "validate": validate}
+BENCHMARKS = {"oracle": oracle, "mitsuba": mitsuba, "surface": surface, "gl": gl, "validate": validate}
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["floor"]:
