@@ -144,7 +144,7 @@ def mitsuba_in_a_process(kind: str, distribution: str) -> str:
     finally:
         shutil.rmtree(home)
     if run.returncode:
-        lines = [line for line in run.stderr.splitlines() if "rror" in line] or [f"status {run.returncode}"]
+        lines = [line for line in run.stderr.splitlines() if "error" in line.lower()] or [f"status {run.returncode}"]
         return f"  Mitsuba's LLVM variant does not run here: {lines[0]} (DRJIT_LIBLLVM_PATH names another LLVM)"
     return run.stdout.rstrip()
 
