@@ -170,7 +170,8 @@ def refract(v: Array, m: Array, eta: Array) -> Array:
     0 where it is totally reflected or leaves on the wrong side.
     """
     c = _dot(v, m)
-    square = 1.0 - (1.0 - c * c) / (eta * eta)
+    # 1 - (1 - c^2) / eta^2, which keeps the digits of a small c.
+    square = ((eta - 1.0) * (eta + 1.0) + c * c) / (eta * eta)
     l = (c / eta - np.sqrt(np.maximum(square, 0.0))) * m - v / eta
     return np.where((square > 0.0) & (c > 0.0) & (l[2] < 0.0), l, 0.0)
 
