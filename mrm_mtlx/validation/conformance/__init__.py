@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mrm_mtlx.validation.conformance import hardware, osl
 from mrm_mtlx.validation.conformance.cases import NODES, Case, cases
+from mrm_mtlx.validation.conformance.new_nodes import NewCase, new_cases
 from mrm_mtlx.validation.conformance.results import SCHEMA, Approximation, CaseResult
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.library import Origin
 
-__all__ = ["NODES", "SCHEMA", "TARGETS", "Approximation", "Case", "CaseResult", "cases", "run"]
+__all__ = ["NODES", "SCHEMA", "TARGETS", "Approximation", "Case", "CaseResult", "NewCase", "cases", "new_cases", "run"]
 
 TARGETS = (*hardware.TARGETS, osl.TARGET)
 
@@ -29,6 +30,8 @@ def run(
 ) -> Iterator[CaseResult]:
     """Compare every case on every target; results in the order of the cases, those of OSL last.
 
+    MaterialX's own library has no implementation of the new nodes, so their cases are not among its.
+
     Raises
     ------
     ValueError
@@ -38,7 +41,7 @@ def run(
     if unknown:
         msg = f"conformance runs on {', '.join(TARGETS)}, not on {', '.join(unknown)}"
         raise ValueError(msg)
-    todo = list(chosen or cases())
+    todo = list(chosen or [*cases(), *(new_cases() if origin == "mrm" else [])])
     drawn = [target for target in hardware.TARGETS if target in targets]
     steps: list[Callable[[], Iterator[CaseResult]]] = []
     if drawn:

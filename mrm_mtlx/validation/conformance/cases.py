@@ -70,13 +70,17 @@ def case_document(case: Case, library_document: mx.Document, *, from_properties:
     names = [*_RANGES[case.node], "roughness", "weight", *(_FILM if case.film else ())]
     for name in names if from_properties else [*names, "tangent"]:
         kind = definition.getActiveInput(name).getType()
-        source = _property(document, name, kind) if from_properties else _parameter(document, name, kind)
-        lobe.addInput(name, kind).setNodeName(source.getName())
+        lobe.addInput(name, kind).setNodeName(source_node(document, name, kind, from_properties))
     lobe.setInputValue("retroreflective", case.retroreflective)
     surface = document.addNode("surface", "surface", "surfaceshader")
     surface.addInput("bsdf", "BSDF").setNodeName("lobe")
     document.addMaterialNode("material", surface)
     return document
+
+
+def source_node(document: mx.Document, name: str, kind: str, from_properties: bool) -> str:
+    """Name of a new node that brings a value from outside, see `case_document`."""
+    return str((_property if from_properties else _parameter)(document, name, kind).getName())
 
 
 def _property(document: mx.Document, name: str, kind: str) -> Any:

@@ -10,13 +10,14 @@ from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare, draw
-from mrm_mtlx.validation.conformance.cases import Case, case_document, case_points
+from mrm_mtlx.validation.conformance.new_nodes import document_of, expected, points_of
 from mrm_mtlx.validation.conformance.oracle import Oracle
 from mrm_mtlx.validation.conformance.results import CaseResult
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from mrm_mtlx.validation.conformance.cases import Case
 
 TARGETS = ("glsl", "essl")
 
@@ -29,14 +30,14 @@ def run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin
         yield from (CaseResult(case, target, "gl", None, reason) for target in targets)
         return
     library = load_library(origin)
-    document = case_document(case, library.document)
+    document = document_of(case, library.document)
     element = renderable_elements(document)[0]
-    points = case_points(case, samples, sampling.generator(seed, case.name))
+    points = points_of(case, samples, sampling.generator(seed, case.name))
     with Oracle(Surface(element), points) as oracle:
         found = {}
         for target in targets:
             with gl.SurfaceProgram(generate(element, target, library)) as program:
                 found[target] = draw(program, points)
-        tolerance = oracle.tolerance()
+        tolerance = expected(case, points, oracle.tolerance(), library.document)
     for target in targets:
         yield CaseResult(case, target, "gl", compare(found[target], tolerance, points), None)

@@ -7,6 +7,9 @@ Four variants, as the library has them:
 * cycles: flag on, the surface met again from v' through a ray portal;
 * aligned: flag on, a standard closure in a turned frame, approximate: L1 error and albedo against stated bounds.
 
+The nodes that MaterialX has not are graphs of these: the share of prismatic sheeting is exact, as closures; partial
+retroreflection is (1 - w) and w times what the standard node's two closures reflect (its parts).
+
 MaterialX's own implementation has closures alone, with the flag off and on.
 """
 
@@ -21,7 +24,8 @@ import numpy as np
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.library import Origin, load_library, node_library_folder
-from mrm_mtlx.reference import Model, ShadingPoints, Surface
+from mrm_mtlx.reference import Model, ShadingPoints, Surface, Tolerance
+from mrm_mtlx.reference.rounding import SMALLEST, UNIT
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare
@@ -29,10 +33,17 @@ from mrm_mtlx.validation.conformance.approximation import measure_aligned
 from mrm_mtlx.validation.conformance.cases import (
     ALPHA_RANGE,
     Case,
-    case_document,
     case_points,
-    draw_properties,
     shader_parameters,
+)
+from mrm_mtlx.validation.conformance.new_nodes import (
+    AMOUNT,
+    WEIGHT_NODE,
+    NewCase,
+    document_of,
+    expected,
+    properties_of,
+    standard_document,
 )
 from mrm_mtlx.validation.conformance.oracle import Oracle
 from mrm_mtlx.validation.conformance.results import CaseResult
@@ -42,10 +53,20 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
+    import MaterialX as mx
+    from numpy.typing import NDArray
+
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.library import DataLibrary
 
 TARGET = "osl"
 ENGINE = "cycles"
+
+# Cycles leaves out closures of a weight below this.
+_SMALLEST_WEIGHT = 1e-5
+
+# Of the sum of two closures' light: weights, products and the sum itself, on both sides.
+_SUM_ROUNDINGS = 16
 
 
 def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> list[Callable[[], Iterator[CaseResult]]]:
@@ -55,6 +76,12 @@ def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> lis
         return [partial(_run, case, "closures", partial(_closures, origin=origin), samples, seed) for case in plain]
     variants: list[tuple[Case, str, Callable[..., CaseResult]]] = []
     for case in cases:
+        if isinstance(case, NewCase):
+            if case.node == WEIGHT_NODE:
+                variants.append((case, "closures", partial(_closures, origin=origin)))
+            elif not case.film:
+                variants.append((case, "parts", _parts))
+            continue
         variants.append((case, "functions", _functions))
         if case.film:
             continue
@@ -86,7 +113,7 @@ def _functions(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
 
 
 def _surface(case: Case, origin: Origin) -> Surface:
-    document = case_document(case, load_library(origin).document)
+    document = document_of(case, load_library(origin).document)
     return Surface(renderable_elements(document)[0], Model.CLOSURES)
 
 
@@ -133,21 +160,49 @@ def _closures(
     """What the closures of the generated shader reflect of suns at several angles."""
     library = load_library(origin)
     surface = _surface(case, origin)
-    document = case_document(case, library.document, from_properties=False)
+    shader = _compiled(document_of(case, library.document, from_properties=False), library, mode)
+    groups, points = _sun_points(case, samples, seed)
+    with Oracle(surface, points) as oracle:
+        found = _reflected(shader, groups)
+        tolerance = expected(case, points, oracle.tolerance(), library.document)
+    if case.node == WEIGHT_NODE:
+        tolerance = Tolerance(tolerance.expected, tolerance.allowed + _SMALLEST_WEIGHT / np.pi)
+    return CaseResult(case, TARGET, ENGINE, compare(found, tolerance, points), None, variant)
+
+
+def _parts(case: NewCase, variant: str, samples: int, seed: int) -> CaseResult:
+    """What the graph's closures reflect, beside the sum of what the two closures in it do alone."""
+    library = load_library()
+    groups, points = _sun_points(case, samples, seed)
+    document = document_of(case, library.document, from_properties=False)
+    found = _reflected(_compiled(document, library), groups)
+    amount = points.properties[AMOUNT].astype(float)[:, None]
+    plain = [replace(g, properties={n: v for n, v in g.properties.items() if n != AMOUNT}) for g in groups]
+    documents = (standard_document(case, flag, library.document, from_properties=False) for flag in (False, True))
+    ordinary, retroreflective = (_reflected(_compiled(d, library), plain).astype(float) for d in documents)
+    sums = (1.0 - amount) * ordinary + amount * retroreflective
+    comparison = compare(found, Tolerance(sums, _SUM_ROUNDINGS * UNIT * np.abs(sums) + SMALLEST), points)
+    return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
+
+
+def _compiled(document: mx.Document, library: DataLibrary, mode: OslMode = OslMode.ALIGNED) -> Path:
     source = generate(renderable_elements(document)[0], TARGET, library, mode).sources["pixel"]
-    shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {PORTAL_STEP}\n{source}", case.node)
+    return osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {PORTAL_STEP}\n{source}", "case")
+
+
+def _sun_points(case: Case, samples: int, seed: int) -> tuple[list[ShadingPoints], ShadingPoints]:
+    """Samples per sun, and all of them with the normals that the renderer has for them."""
     rng = sampling.generator(seed, case.name)
     count = -(-samples // len(ANGLES_DEG))
     groups = [points_at_angle(case, count, float(angle), rng) for angle in np.deg2rad(ANGLES_DEG)]
     together = ShadingPoints.joined(groups)
-    normals = together.normal
+    return groups, replace(together, normal=osl.true_normals(together.normal).astype(float))
+
+
+def _reflected(shader: Path, groups: list[ShadingPoints]) -> NDArray[np.floating]:
+    together = ShadingPoints.joined(groups)
     inputs = shader_parameters({**together.properties, "tangent": together.tangent})
-    seen = osl.true_normals(normals).astype(float)
-    points = replace(together, normal=seen)
-    with Oracle(surface, points) as oracle:
-        found = osl.direct_light_by_groups(shader, normals, inputs, [group.light for group in groups])
-        comparison = compare(found, oracle.tolerance(), points)
-    return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
+    return osl.direct_light_by_groups(shader, together.normal, inputs, [group.light for group in groups])
 
 
 def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generator) -> ShadingPoints:
@@ -157,7 +212,7 @@ def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generat
     sample is, so that its width follows from the angle: the facet's slope, half the angle, in units of the width is
     drawn from the distribution.
     """
-    properties = draw_properties(case, count, rng)
+    properties = properties_of(case, count, rng)
     if "color82" in properties:
         properties["color82"] = np.ones((count, 3))  # the closure has no such parameter
     radius = np.sqrt(rng.random(count) / np.maximum(rng.random(count), 1e-6))
@@ -165,7 +220,7 @@ def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generat
         wanted = np.clip(np.tan(angle / 2) / np.maximum(radius, 1e-3), *ALPHA_RANGE)
         near = rng.random(count) < 0.75
         properties["roughness"] = np.where(near[:, None], _spread(case, wanted, rng), properties["roughness"])
-    v, l = _pairs(case, properties["roughness"], angle, rng)
+    v, l = _pairs(case, properties.get("roughness", np.ones((count, 2))), angle, rng)
     light = np.array([np.sin(angle), 0.0, np.cos(angle)])
     return ShadingPoints(
         view=np.broadcast_to([0.0, 0.0, 1.0], (count, 3)),

@@ -93,6 +93,7 @@ class CaseResult:
         """The entry of the report's list of cases."""
         found = self.comparison
         return {
+            "name": self.name,
             "node": self.case.node,
             "target": self.target,
             "engine": self.engine,
