@@ -18,6 +18,7 @@ PAGES = (
     "libraries/pbrlib/README.md",
     "docs/development.md",
     "docs/comparison.md",
+    "docs/model.md",
     "docs/osl.md",
     "docs/plots.md",
     "docs/reference.md",
@@ -60,6 +61,7 @@ COMMANDS = {
     "mrm plot --figure all -o docs/figures": None,
     "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
+    "mrm vectors --format csv -o vectors.csv": None,
 }
 RUN = {command: told or command for command, told in COMMANDS.items() if told is None or not told.startswith("(")}
 
@@ -99,6 +101,16 @@ def test_the_snippet_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> N
     # At normal incidence l = v is the peak, f = F / (4 pi alpha^2): 0.15 / (4 pi 0.005^2) = 477.
     values = [float(x) for x in re.findall(r"[\d.]+", capsys.readouterr().out)]
     assert [round(x) for x in values] == [477, 477, 477]
+
+
+def test_the_snippet_of_the_model_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (REPOSITORY / "docs/model.md").read_text(encoding="utf-8")
+    (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(snippet, "model.md", "exec"), {})
+    radiance, energy = (float(re.findall(r"[\d.]+", line)[0]) for line in capsys.readouterr().out.strip().splitlines())
+    # Nearly all light is scattered; what is refracted, some 0.9 of it, is thinner inside by the index squared.
+    assert 0.9 < energy < 1.0
+    assert 0.4 < radiance < 0.55
 
 
 def test_the_snippet_of_the_reference_runs(capsys: pytest.CaptureFixture[str]) -> None:

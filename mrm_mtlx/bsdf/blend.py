@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.bsdf.quadrature import ACCURACY
 from mrm_mtlx.bsdf.vectors import components, mirror
 
 if TYPE_CHECKING:
@@ -57,9 +58,10 @@ class Blend:
         u = np.stack([*np.broadcast_arrays(u[..., 0], u[..., 1], rest)], axis=-1)
         return np.where(chosen[..., None], self.b.sample(v, u), self.a.sample(v, u))
 
-    def albedo(self, v: ArrayLike) -> Array:
+    def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
         """Directional albedo, see `lobes.Lobe.albedo`: those of the lobes, mixed as they are."""
-        return self._mixed(self.a.albedo(v), self.b.albedo(v), self._weight()[..., None])
+        a, b = (lobe.albedo(v, accuracy=accuracy) for lobe in (self.a, self.b))
+        return self._mixed(a, b, self._weight()[..., None])
 
     def _weight(self) -> Array:
         w = np.asarray(self.w, dtype=float)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf.diffuse import compensated_oren_nayar, compensated_oren_nayar_albedo
+from mrm_mtlx.bsdf.quadrature import ACCURACY
 from mrm_mtlx.bsdf.vectors import color, components, dot
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ class Diffuse(ABC):
         """BSDF in 1/sr, see `lobes.Lobe.eval`."""
 
     @abstractmethod
-    def albedo(self, v: ArrayLike) -> Array:
-        """Directional albedo, see `lobes.Lobe.albedo`; a closed form."""
+    def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
+        """Directional albedo, see `lobes.Lobe.albedo`; a closed form, whatever the accuracy."""
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
         """Density of `sample`, n.l / pi."""
@@ -53,7 +54,7 @@ class Lambert(Diffuse):
         above = _above(components("v", v), components("l", l))[..., None]
         return np.where(above, color("color", self.color) / np.pi, 0.0)
 
-    def albedo(self, v: ArrayLike) -> Array:
+    def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:  # noqa: ARG002
         """The colour, for views from above."""
         return np.where(components("v", v)[..., 2:] > 0.0, color("color", self.color), 0.0)
 
@@ -81,7 +82,7 @@ class EON(Diffuse):
         f = compensated_oren_nayar(cos_v, cos_l, dot(v, l)[..., None], self._roughness(), color("color", self.color))
         return np.where(above, f, 0.0)
 
-    def albedo(self, v: ArrayLike) -> Array:
+    def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:  # noqa: ARG002
         """Directional albedo, see `lobes.Lobe.albedo` (Portsmouth et al. 2025)."""
         z = components("v", v)[..., 2:]
         found = compensated_oren_nayar_albedo(np.where(z > 0.0, z, 1.0), self._roughness(), color("color", self.color))

@@ -59,8 +59,8 @@ class Lobe(Protocol):
         """
         ...
 
-    def albedo(self, v: ArrayLike) -> Array:
-        """Share of the light arriving along v that is scattered, (..., 3).
+    def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
+        """Share of the light arriving along v that is scattered, (..., 3), to the absolute `accuracy`.
 
         For reflection the integral of f(v, l) |n.l| over l; for transmission of f(l, v) |n.l|, which counts energy.
         """
