@@ -14,9 +14,26 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
-# Measured best of 2^10 to 2^16 for the conductor (benchmarks/oracle.py): smaller blocks wait for the interpreter lock,
-# larger ones leave the cache.
+# Measured best of 2^10 to 2^18 for the conductor (benchmarks/run.py oracle): smaller blocks wait for the interpreter
+# lock, larger ones leave the cache.
 BLOCK = 16384
+
+
+# Freed below this, memory stays with the process, see `_keep_freed_memory` [bytes].
+_KEPT = 16 << 20
+
+
+def _keep_freed_memory() -> None:
+    """Lets the C library keep what a block's temporaries leave behind, for those of the next.
+
+    glibc returns freed memory to the system above twice the size of the largest array freed so far (mallopt(3),
+    M_TRIM_THRESHOLD). A block's arrays are small: it would return all of it after each block, and half the time would
+    go into getting it back page by page. This one is never written to and costs nothing. Elsewhere it has no effect.
+    """
+    np.empty(_KEPT, dtype=np.uint8)
+
+
+_keep_freed_memory()
 
 
 def processors() -> int:

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import platform
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -120,3 +125,34 @@ def test_what_a_block_raises_reaches_the_caller():
 
 def test_at_least_one_processor_may_be_used():
     assert processors() >= 1
+
+
+# Prints how many pages the system hands out per block, once warm.
+PAGES = """
+import resource
+import numpy as np
+from mrm_mtlx.bsdf import Conductor, blocks
+lobe, v = Conductor(0.2, 3.4), np.tile([0.6, 0.0, 0.8], (blocks.BLOCK, 1))
+lobe.eval(v, v)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(20):
+    lobe.eval(v, v)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before) // 20)
+"""
+
+# A colour of doubles for each sample of a block, in pages of 4 KiB: a block that gets its memory anew needs several.
+PAGES_OF_ONE_ARRAY = BLOCK * 3 * 8 // 4096
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries keep freed memory by other rules")
+def test_blocks_use_the_memory_of_those_before_again():
+    def pages(**environment: str) -> int:
+        run = subprocess.run(
+            [sys.executable, "-c", PAGES],
+            capture_output=True, text=True, check=True, timeout=60, env={**os.environ, **environment},
+        )  # fmt: skip
+        return int(run.stdout)
+
+    assert pages() < PAGES_OF_ONE_ARRAY
+    # With glibc's limits pinned to where they start, the array that raises them does nothing, and every block pays.
+    assert pages(MALLOC_TRIM_THRESHOLD_="131072") > 4 * PAGES_OF_ONE_ARRAY
