@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogLocator, MaxNLocator, MultipleLocator, NullFormatter
 
 from mrm_mtlx.library.files import replacing
@@ -56,8 +57,9 @@ def lobes(curves: Sequence[Curve], scale: str, azimuth: float = 0.0) -> Figure:
     with mpl.rc_context(style.SETTINGS):
         polar = scale == "polar"
         view = _VIEW if azimuth == 0.0 else rf"{_VIEW}, $\varphi$ = {np.rad2deg(azimuth):g}°"
-        figure, axes = _one_plot(polar=polar)
         lines = _lines(curves)
+        keys = [*chain(*_keys(curves, lines)), _lambert_key(), Line2D([], [], label="light", **_LIGHT_MARK)]
+        figure, axes = _one_plot(-(-len(keys) // _columns(keys)), polar=polar)
         for curve in curves:
             axes.plot(
                 curve.theta_v if polar else np.rad2deg(curve.theta_v), curve.value, **lines[curve.name, curve.variant]
@@ -74,8 +76,7 @@ def lobes(curves: Sequence[Curve], scale: str, azimuth: float = 0.0) -> Figure:
             _value_axis(axes, scale, [(curve.theta_v, curve.value) for curve in curves])
             # Where the lights stand: marks on the upper edge.
             axes.plot(np.rad2deg(lights), np.ones(len(lights)), transform=axes.get_xaxis_transform(), **_LIGHT_MARK)
-        light = Line2D([], [], label="light", **_LIGHT_MARK)
-        _legend(figure, [*chain(*_keys(curves, lines)), _lambert_key(), light])
+        _legend(figure, keys)
         return figure
 
 
@@ -184,7 +185,8 @@ def _keys(curves: Sequence[Curve], lines: dict[tuple[str, str], dict[str, Any]])
 
 def _plain(name: str) -> str:
     """A name as it is written, at a length that fits a column: not a formula, nor hidden for an underscore."""
-    shown = name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 1]}…"
+    half = _LONGEST_NAME // 2
+    shown = name if len(name) <= _LONGEST_NAME else f"{name[: half - 1]}…{name[-half:]}"
     return shown.replace("$", r"\$")
 
 
@@ -203,8 +205,11 @@ def _lambert_key() -> Line2D:
 def _legend(figure: Figure, keys: list[Line2D]) -> None:
     """A legend above everything else, in as many columns as fit."""
     where: Any = "outside upper center" if figure.get_layout_engine() else "upper center"
-    columns = next((n for n in (3, 2) if _width(keys, n) <= style.COLUMN), 1)
-    figure.legend(handles=keys, loc=where, ncols=min(columns, len(keys)))
+    figure.legend(handles=keys, loc=where, ncols=_columns(keys))
+
+
+def _columns(keys: list[Line2D]) -> int:
+    return next((n for n in (3, 2) if n <= len(keys) and _width(keys, n) <= style.COLUMN), 1)
 
 
 def _width(keys: list[Line2D], columns: int) -> float:
@@ -212,7 +217,8 @@ def _width(keys: list[Line2D], columns: int) -> float:
     size = style.SETTINGS["legend.fontsize"]
     # What stands beside a name: the line, the space behind it, and the space between columns, in sizes of the letters.
     beside = style.SETTINGS["legend.handlelength"] + 0.8 + style.SETTINGS["legend.columnspacing"]
-    names = [TextPath((0, 0), str(key.get_label()), size=size).get_extents().width for key in keys]
+    font = FontProperties(family=style.SETTINGS["font.family"], size=size)
+    names = [text_to_path.get_text_width_height_descent(str(key.get_label()), font, ismath=False)[0] for key in keys]
     widest = [float(np.max(part)) + beside * size for part in np.array_split(names, columns) if len(part)]
     return float(np.sum(widest)) / 72.0
 
@@ -239,17 +245,20 @@ def _value_axis(axes: Axes, scale: str, series: Sequence[tuple[Array, Array]]) -
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _one_plot(*, polar: bool) -> tuple[Figure, Any]:
-    """A figure with one pair of axes."""
+def _one_plot(rows: int, *, polar: bool) -> tuple[Figure, Any]:
+    """A figure with one pair of axes, under a legend of so many rows."""
+    # A row beyond the second makes the picture higher, not the plot smaller.
+    letters = style.SETTINGS["legend.fontsize"] / 72.0
+    more = 1.5 * letters * max(rows - 2, 0)
     if not polar:
-        figure = Figure(figsize=(style.COLUMN, style.COLUMN * 0.75), layout="constrained")
+        figure = Figure(figsize=(style.COLUMN, 0.75 * style.COLUMN + more), layout="constrained")
         return figure, figure.add_subplot()
     # Half a disc is placed by hand: it stands in the middle of the square that the whole disc would fill, of which
-    # layouts leave the other half empty. Lengths in widths of the column; room for the legend above, labels below.
-    height, radius, below = 0.68, 0.4, 0.12
-    figure = Figure(figsize=(style.COLUMN, style.COLUMN * height))
-    square = (0.5 - radius, (below - radius / 2) / height, 2 * radius, 2 * radius / height)
-    return figure, figure.add_axes(square, projection="polar")
+    # layouts leave the other half empty. All lengths in inches; room for the legend above, labels below.
+    height, radius, below = 0.68 * style.COLUMN + more, 0.4 * style.COLUMN, 0.12 * style.COLUMN
+    figure = Figure(figsize=(style.COLUMN, height))
+    square = (0.5 - radius / style.COLUMN, (below - radius / 2) / height)
+    return figure, figure.add_axes((*square, 2 * radius / style.COLUMN, 2 * radius / height), projection="polar")
 
 
 def _polar_axes(axes: Any, curves: Sequence[Curve], lights: Sequence[float]) -> None:
