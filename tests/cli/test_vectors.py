@@ -7,7 +7,6 @@ import io
 import json
 import re
 
-
 from mrm_mtlx import __version__
 
 
