@@ -13,6 +13,7 @@ import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model, nothing
+from mrm_mtlx.reference.closures.light import unit
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.graph import (
     LINEAR_SPACES,
@@ -90,14 +91,14 @@ class Evaluation:
     def __post_init__(self) -> None:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
-        view, light = _unit(self.points.view.T), np.atleast_2d(self.points.light).T
+        view, light = unit(self.points.view.T), np.atleast_2d(self.points.light).T
         at = Light(view, light, self.move.part, self.model)
         self.light = at
         surroundings = self.illumination.environment
         modes = [] if surroundings is None else [Mode.INDIRECT, Mode.TRANSMISSION]
         self.lights = [at] * self.illumination.light + [replace(at, mode=m, environment=surroundings) for m in modes]
         normal, tangent = self.points.normal.T, self.points.tangent.T
-        frame = {"N": _unit(normal), "T": _unit(tangent), "B": _unit(np.cross(normal, tangent, axis=0))}
+        frame = {"N": unit(normal), "T": unit(tangent), "B": unit(np.cross(normal, tangent, axis=0))}
         frame["P"] = self.points.position.T
         named = {f"{name}{space}": value for name, value in frame.items() for space in ("world", "object")}
         self.frame = _Noting(named | {"UV0": self.points.texcoord.T, "Vworld": -view}, self.used)
@@ -294,9 +295,6 @@ class _NodeInputs:
     def under(self, light: Light) -> _NodeInputs:
         return replace(self, light=light)
 
-    def has(self, name: str) -> bool:
-        return self.definition.getActiveInput(name) is not None
-
     def array(self, name: str) -> Array:
         return cast("Array", self._value(name))
 
@@ -374,10 +372,6 @@ def _nothing_given(kind: str) -> Array | None:
 def _has_closures(definition: Any) -> bool:
     """Whether a node's value depends on the mode: it is a closure itself. Shaders add up the modes."""
     return any(out.getType() in ("BSDF", "VDF") for out in definition.getActiveOutputs())
-
-
-def _unit(a: Array) -> Array:
-    return np.asarray(a / np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]))
 
 
 def _unit_scale(element: Any, declared: Any) -> float:

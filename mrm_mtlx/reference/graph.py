@@ -82,9 +82,9 @@ def defining_graph(definition: Any) -> Any:
     return implementation if implementation is not None and implementation.isA(mx.NodeGraph) else None
 
 
-def color_transform(document: Any, space: str, kind: str = "color3") -> Any:
+def color_transform(document: Any, space: str) -> Any:
     """The node definition by which MaterialX takes colours of a space to linear Rec.709, or None."""
-    return document.getNodeDef(f"ND_{space}_to_lin_rec709_{kind}")
+    return document.getNodeDef(f"ND_{space}_to_lin_rec709_color3")
 
 
 # Colour spaces whose numbers are taken as they are.

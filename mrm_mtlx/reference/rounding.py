@@ -36,8 +36,8 @@ ROUNDING_FACTOR = 24.0
 OUTPUT_ROUNDINGS = 40.0
 
 # Intermediate results that cancel, each moved alone, so that one movement cannot hide another: the reflectance, two
-# quantities under square roots in it (see bsdf.reflectance.Rounding), built-in functions, the weights of texture filters, the
-# fitted albedo of the hardware targets, the slope of an isotropic facet as OSL's renderers have it.
+# quantities under square roots in it (see bsdf.reflectance.Rounding), built-in functions, the weights of texture
+# filters, the fitted albedo of the hardware targets, the slope of an isotropic facet as OSL's renderers have it.
 PARTS = {
     Model.HARDWARE: ("reflectance", "modulus", "product", "functions", "texture", "albedo"),
     Model.CLOSURES: ("reflectance", "modulus", "product", "functions", "texture", "slope"),

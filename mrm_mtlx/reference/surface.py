@@ -41,15 +41,12 @@ class Traits:
         What of the shading frame (see `nodes.Inputs.frame`) it depends on.
     properties
         The geometric properties that it depends on, and their types.
-    deviations
-        Where MaterialX's code may deviate from the specification.
     """
 
     lobes: list[Facets]
     foreign: frozenset[str]
     geometry: frozenset[str]
     properties: Mapping[str, str]
-    deviations: frozenset[Deviation]
 
 
 class Surface:
@@ -125,7 +122,6 @@ class Surface:
             foreign | evaluation.foreign,
             frozenset(evaluation.used),
             evaluation.asked,
-            frozenset(evaluation.met),
         )
 
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:

@@ -127,7 +127,9 @@ class Expectation:
     def _compare(self, found: tuple[NDArray[np.floating], ...], deviations: frozenset[Deviation]) -> Comparison:
         """The comparisons under the light and in the surroundings as one."""
         if deviations not in self._tolerances:
-            surface = Surface(self._element, images=self._images, deviations=deviations)
+            surface = self.surface
+            if deviations or surface is None:
+                surface = Surface(self._element, images=self._images, deviations=deviations)
             around = Illumination(light=False, environment=Environment.constant(_SURROUNDINGS, _DIRECTIONS))
             lit, few = self._points
             self._tolerances[deviations] = [surface.tolerance(lit), surface.tolerance(few, around)]

@@ -55,7 +55,7 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
     lobes = [shape_of(facets) for facets in traits.lobes]
     other = sorted(traits.foreign)
     if other:
-        return f"its {', '.join(other)} is another model in OSL's renderers"
+        return f"its {' and '.join(other)} {'are' if other[1:] else 'is'} another model in OSL's renderers"
     if any(lobe.alpha_x != lobe.alpha_y for lobe in lobes) or traits.properties or not traits.geometry <= _GEOMETRY:
         return "facets for the measurement have no tangents, positions or texture coordinates of their own"
     if any(min(lobe.alpha_x, lobe.alpha_y) < NARROWEST for lobe in lobes):

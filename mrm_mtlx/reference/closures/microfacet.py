@@ -136,9 +136,8 @@ def generalized_schlick(
     def white(a: Array, b: Array) -> Array:
         return a * color0 + b * color90
 
-    # The index for refraction is that of the mean colour; MaterialX clamps the colour to [0.01, 0.99].
-    root = np.sqrt(np.clip(np.mean(color0, axis=0), 0.01, 0.99))
-    interface = _Interface(reflectance, lambda a, b: white(a, b), (1.0 + root) / (1.0 - root))
+    # The index for refraction is that of the mean colour.
+    interface = _Interface(reflectance, white, fresnel.schlick_ior(np.mean(color0, axis=0)))
     seen = _evaluate(light, facets, interface, grey=True)
     # OSL's closure has no such parameter.
     tinted = light.model is Model.CLOSURES and np.any(color82 != 1.0)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.closures import EPSILON
+from mrm_mtlx.reference.closures.light import dot
 from mrm_mtlx.reference.nodes.registry import node
 from mrm_mtlx.reference.precision import power_error, widened
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
@@ -26,7 +27,7 @@ def _generalized_schlick(inputs: Inputs) -> Value:
     """An EDF times Schlick's curve from `color0` to `color90`, about the surface's own normal."""
     light, exponent = inputs.light, inputs.array("exponent")
     normal = inputs.frame["Nworld"]
-    cos_v = np.abs(normal[0] * light.v[0] + normal[1] * light.v[1] + normal[2] * light.v[2])
+    cos_v = np.abs(dot(normal, light.v))
     color0, color90 = inputs.array("color0"), inputs.array("color90")
     x = 1.0 - np.clip(cos_v, EPSILON, 1.0)
 

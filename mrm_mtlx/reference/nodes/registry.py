@@ -65,10 +65,6 @@ class Inputs(Protocol):
         """A geometric property of the samples, component first; the default where they do not have it."""
         ...
 
-    def has(self, name: str) -> bool:
-        """Whether the node definition has an input of this name."""
-        ...
-
     def array(self, name: str) -> Array:
         """A numeric input."""
         ...
