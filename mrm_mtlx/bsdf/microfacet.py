@@ -92,7 +92,8 @@ class Geometry:
 def reflecting(v: Array, l: Array) -> Geometry:
     """The facets that reflect l to v, both above; m is the half-vector."""
     counts = (v[2] > 0.0) & (l[2] > 0.0)
-    v, l = np.where(counts, v, _UP), np.where(counts, l, _UP)
+    if not np.all(counts):
+        v, l = np.where(counts, v, _UP), np.where(counts, l, _UP)
     m = _unit(v + l)
     # v.m and l.m are one number: half the angle between v and l.
     cos_m = np.minimum(np.abs(_dot(v, m)), 1.0)
