@@ -19,6 +19,7 @@ from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.graph_checks import location
 from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, TargetResult
+from mrm_mtlx.validation.retro_checks import PARTIAL_NODES
 from mrm_mtlx.validation.retro_sweep import variants
 
 if TYPE_CHECKING:
@@ -85,7 +86,9 @@ class ElementCheck:
         except GenerationError as error:
             self._report("SHADER_GENERATE", f"{target}: {error}")
             return TargetResult("generate", "fail")
-        ignoring = {str(n.getName()) for n in self._flags if ignores_flag(shader, n.getName())}
+        # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
+        flags = [n for n in self._flags if target == "mdl" or n.getCategory() not in PARTIAL_NODES]
+        ignoring = {str(n.getName()) for n in flags if ignores_flag(shader, n.getName())}
         if ignoring:
             self._ignoring[target] = ignoring
         if target in GL_TARGETS:

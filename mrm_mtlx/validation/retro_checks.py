@@ -17,15 +17,20 @@ if TYPE_CHECKING:
     import MaterialX as mx
 
 MICROFACET_NODES = ("conductor_bsdf", "dielectric_bsdf", "generalized_schlick_bsdf")
+# Of the node library: the same with an amount in the place of the flag.
+PARTIAL_NODES = tuple(f"mrm_{name}" for name in MICROFACET_NODES)
 
 
 def microfacet_nodes(document: mx.Document) -> list[Any]:
-    """Nodes of the three BSDFs that have the flag, in file order."""
-    return [n for n in nodes_of(document) if n.getCategory() in MICROFACET_NODES and n.getNodeDef() is not None]
+    """Nodes of the three BSDFs that have the flag, and of those that have an amount, in file order."""
+    names = (*MICROFACET_NODES, *PARTIAL_NODES)
+    return [n for n in nodes_of(document) if n.getCategory() in names and n.getNodeDef() is not None]
 
 
 def is_retroreflective(node: Any) -> bool:
-    """Whether the node's flag is on, as a literal or through an interface."""
+    """Whether the node's flag is on, as a literal or through an interface, or its amount is anything but 0."""
+    if node.getCategory() in PARTIAL_NODES:
+        return not _is_zero(node, "retroreflectivity")
     value = constant_input(node, "retroreflective")
     return isinstance(value, np.ndarray) and bool(value)
 
@@ -41,7 +46,7 @@ def check_retroreflection(document: mx.Document) -> list[Finding]:
 
 
 def _check_flag(node: Any) -> Iterator[Finding]:
-    if node.getCategory() != "conductor_bsdf" and constant_input(node, "scatter_mode") == "T":
+    if _kind(node) != "conductor_bsdf" and constant_input(node, "scatter_mode") == "T":
         yield finding("RETRO_TRANSMISSION", location(node), "scatter_mode is T, so nothing is reflected")
     reason = _invisible(node)
     if reason:
@@ -51,13 +56,13 @@ def _check_flag(node: Any) -> Iterator[Finding]:
 def _invisible(node: Any) -> str:
     if _is_zero(node, "weight"):
         return "its weight is 0"
-    if node.getCategory() == "dielectric_bsdf":
+    if _kind(node) == "dielectric_bsdf":
         if _is_zero(node, "tint"):
             return "its tint is black"
         ior = constant_input(node, "ior")
         film = _is_zero(node, "thinfilm_thickness")
         return "its ior is 1, which reflects nothing" if isinstance(ior, np.ndarray) and ior == 1.0 and film else ""
-    if node.getCategory() == "generalized_schlick_bsdf" and _is_zero(node, "color0") and _is_zero(node, "color90"):
+    if _kind(node) == "generalized_schlick_bsdf" and _is_zero(node, "color0") and _is_zero(node, "color90"):
         return "its color0 and color90 are black"
     return ""
 
@@ -68,6 +73,10 @@ def _check_width(node: Any) -> Iterator[Finding]:
     if isinstance(width, np.ndarray) and width.min() < np.float32(NARROWEST_ALPHA):
         message = f"its width alpha is {width.min():.3g}, below {NARROWEST_ALPHA:g}"
         yield finding("LOBE_TOO_NARROW", location(node), message)
+
+
+def _kind(node: Any) -> str:
+    return str(node.getCategory()).removeprefix("mrm_")
 
 
 def _is_zero(node: Any, name: str) -> bool:
