@@ -118,7 +118,7 @@ def seen_facets() -> Callable[..., SeenFacets]:
 
     Slopes are (ax tan(psi) cos(phi), ay tan(psi) sin(phi)); in psi and phi what is integrated is smooth but for known
     bends, at which the panels of Gauss's rule end: where facets turn away (and V-cavities begin to mask), where what
-    they send is lost. `rings` (of slopes over widths) and `sectors` (a number) cut the points into cells.
+    they send is lost, where reflection becomes total for the index `critical`. `rings` (of slopes over widths) and `sectors` (a number) cut the points into cells.
     """
 
     def make(
@@ -126,6 +126,7 @@ def seen_facets() -> Callable[..., SeenFacets]:
         alpha_x: float,
         alpha_y: float,
         eta: float | None = None,
+        critical: float | None = None,
         rings: tuple[float, ...] = (),
         sectors: int = 1,
         nodes: int = 8,
@@ -145,13 +146,20 @@ def seen_facets() -> Callable[..., SeenFacets]:
 
         turned = alpha_x * w[0] * np.cos(phi) + alpha_y * w[1] * np.sin(phi)
         away, opposite = (np.arctan2(w[2], np.maximum(sign * turned, 0.0)) for sign in (1.0, -1.0))
-        low, high = np.zeros_like(phi), away.copy()
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            sent = scattered(w, facets(middle, phi), eta)[1] > 0.0
-            low, high = np.where(sent, middle, low), np.where(sent, high, middle)
+
+        def last(holds: Callable[[Array], Array]) -> Array:
+            """Largest psi up to which facets hold, as the one at 0 does."""
+            low, high = np.zeros_like(phi), away.copy()
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                held = holds(facets(middle, phi))
+                low, high = np.where(held, middle, low), np.where(held, high, middle)
+            return low
+
+        low = last(lambda m: scattered(w, m, eta)[1] > 0.0)
+        total = last(lambda m: 1.0 - np.square(m @ w) < np.square(critical)) if critical else low
         fixed = np.arctan(np.sort(np.concatenate([[0.0], rings, _SLOPE_GRADES])))[:, None] + 0.0 * phi
-        psi_edges = np.sort(np.minimum(np.concatenate([fixed, [low, opposite, away]]), away), axis=0)
+        psi_edges = np.sort(np.minimum(np.concatenate([fixed, [low, total, opposite, away]]), away), axis=0)
         width = np.diff(psi_edges, axis=0)
         psi = psi_edges[:-1] + width * x[:, None, None]  # (nodes, panels, azimuths)
         middle = np.broadcast_to(psi_edges[:-1] + 0.5 * width, psi.shape)

@@ -219,8 +219,8 @@ def rounding(lobe: Dielectric, v: Array, l: Array) -> Array:
 
     It is turned by EPS over the length of what is normalised, and its slope t changes by (1 + t^2) of that; a Gaussian
     changes by 2 t / alpha^2 of it, and Phong's and GGX's by less. Cosines with the facet on both of its sides, to which
-    masking and Fresnel's sines refer, lose their size twice. How many such roundings add up is measured: 97 on both sides
-    together in 720,000 pairs of another seed; allowed are 128.
+    masking and Fresnel's sines refer, lose their size twice. How many such roundings add up is measured: 97 in 720,000
+    pairs of another seed; allowed are 128.
     """
     eta = np.where(v[:, 2] * l[:, 2] > 0.0, 1.0, np.where(v[:, 2] > 0.0, lobe.ior, 1.0 / lobe.ior))
     turned = [mirror(v) if flag else v for flag in (lobe.retroreflective, lobe.retroreflective_btdf)]
