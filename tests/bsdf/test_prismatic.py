@@ -303,6 +303,26 @@ def test_the_documented_figures_are_those_of_the_model(polar, ior):
     np.testing.assert_allclose(found, FIGURES[ior], rtol=0.0, atol=6e-4)
 
 
+# Index and backing of the columns of the table in docs/prismatic.md.
+COLUMNS = ((1.49, "air"), (1.5, "air"), (1.586, "air"), (1.586, "metal"))
+
+
+def table_row(polar: Callable[..., Array], degrees: float) -> str:
+    """A row of the table: shares at an edge, between two, and averaged, for each column."""
+    v = polar(np.deg2rad(degrees))
+    cells = [
+        "/".join(f"{prismatic.retroreflected_share(v, *column, rotation):.3f}" for rotation in (0.0, np.pi / 6, None))
+        for column in COLUMNS
+    ]
+    return f"| {degrees:g} | {' | '.join(cells)} |"
+
+
+def test_the_table_of_the_documentation_is_what_the_model_gives(repository, polar):
+    page = (repository / "docs" / "prismatic.md").read_text(encoding="utf-8").splitlines()
+    rows = [line for line in page if line.startswith("|") and line[2].isdigit()]
+    assert rows == [table_row(polar, degrees) for degrees in (0, 5, 10, 20, 30, 40, 45, 60)]
+
+
 def test_below_and_along_the_surface_there_is_nothing(rng, hemisphere):
     below = hemisphere(rng, 50) * np.array([1.0, 1.0, -1.0])
     assert not np.any(prismatic.retroreflected_share(below, 1.5))
