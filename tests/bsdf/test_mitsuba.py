@@ -204,7 +204,6 @@ def density_of_all_facets(case: Case, v: Array, l: Array) -> Array:
     up = np.where(v[:, 2] < 0.0, -1.0, 1.0)
     v, l = (v * up[:, None]).T, (l * up[:, None]).T
     facets, alpha = case.lobe.distribution, case.lobe.alpha
-    facets = ggx if facets == "ggx" else facets
     at = microfacet.reflecting(v, l)
     if isinstance(case.lobe, Conductor):
         return np.where(at.counts & (up > 0.0), facets.distribution(*at.m, *alpha) * at.m[2] / (4.0 * at.l_m), 0.0)
