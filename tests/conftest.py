@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 from zlib import crc32
@@ -23,8 +24,64 @@ if TYPE_CHECKING:
 
 SEED = 2026
 
+# Chance that any statistical test of the whole suite rejects what is right, and how many tests share it. The reasons,
+# and the test that keeps the number true, are in test_false_alarms.py.
+FALSE_ALARMS = 1e-3
+STATISTICAL_TESTS = 79
+
 # Cosine of the steepest direction drawn: 0.06 degrees from the tangent plane.
 GRAZING = 1e-3
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "statistical: decides by random numbers; set on all that ask for `significance`")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if "significance" in getattr(item, "fixturenames", ()):
+            item.add_marker("statistical")
+
+
+@dataclass
+class Significance:
+    """The chance of a false alarm that a test has, to be shared by its decisions (Sidak)."""
+
+    test: float
+    asked: bool = False
+
+    def level(self, decisions: int = 1) -> float:
+        """Probability below which each of the test's decisions rejects."""
+        self.asked = True
+        return float(-np.expm1(np.log1p(-self.test) / decisions))
+
+    def sigmas(self, decisions: int = 1) -> float:
+        """The same for means of many numbers: standard deviations, to both sides, beyond which each rejects."""
+        from scipy import special
+
+        return float(-special.ndtri(0.5 * self.level(decisions)))
+
+
+@pytest.fixture(scope="session")
+def false_alarms() -> tuple[float, int]:
+    """Chance of a false alarm of the whole suite, and the number of tests that share it."""
+    return FALSE_ALARMS, STATISTICAL_TESTS
+
+
+@pytest.fixture(scope="session")
+def share_of_false_alarms(false_alarms: tuple[float, int]) -> Callable[[], Significance]:
+    """Function that gives the share of one test."""
+    rate, tests = false_alarms
+    return lambda: Significance(float(-np.expm1(np.log1p(-rate) / tests)))
+
+
+@pytest.fixture
+def significance(share_of_false_alarms: Callable[[], Significance]) -> Iterator[Significance]:
+    """The thresholds of a statistical test: from here alone, so that the false alarms of the suite are known."""
+    share = share_of_false_alarms()
+    yield share
+    assert share.asked, "a test that asks for no threshold is not a statistical one"
 
 
 @pytest.fixture(scope="session")

@@ -118,7 +118,8 @@ def seen_facets() -> Callable[..., SeenFacets]:
 
     Slopes are (ax tan(psi) cos(phi), ay tan(psi) sin(phi)); in psi and phi what is integrated is smooth but for known
     bends, at which the panels of Gauss's rule end: where facets turn away (and V-cavities begin to mask), where what
-    they send is lost, where reflection becomes total for the index `critical`. `rings` (of slopes over widths) and `sectors` (a number) cut the points into cells.
+    they send is lost, where reflection becomes total for the index `critical`. `rings` (of slopes over widths) and
+    `sectors` (a number) cut the points into cells.
     """
 
     def make(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from mrm_mtlx.bsdf import Lambert, fresnel, prismatic
 from mrm_mtlx.bsdf.quadrature import albedo_by_sampling
@@ -27,9 +28,6 @@ SHEETS = {
     "rough": PrismaticSheeting(1.5, alpha=(0.7, 0.7), substrate=1.0),
 }
 by_sheet = pytest.mark.parametrize("sheet", SHEETS.values(), ids=list(SHEETS))
-
-# Standard deviations a statistical test allows: both tails beyond have 6e-7 of a normal distribution.
-SIGMAS = 5.0
 
 PLANTED = 0.03
 
@@ -137,14 +135,15 @@ def estimate(sheet: PrismaticSheeting, v: Array, u: Array, gain: float = 1.0) ->
 
 
 @by_sheet
-def test_samples_estimate_the_albedo(rng, polar, sheet):
+def test_samples_estimate_the_albedo(rng, polar, significance, sheet):
     v, u = polar(*VIEW), rng.random((SAMPLES, 3))
     albedo = sheet.albedo(v, accuracy=ACCURACY)
     mean, deviation = estimate(sheet, v, u)
-    assert np.all(np.abs(mean - albedo) < SIGMAS * deviation + ACCURACY)
+    sigmas = significance.sigmas(3)  # channels
+    assert np.all(np.abs(mean - albedo) < sigmas * deviation + ACCURACY)
     # A density that is three percent off moves the estimate by as much.
     mean, deviation = estimate(sheet, v, u, 1.0 - PLANTED)
-    assert np.any(np.abs(mean - albedo) > SIGMAS * deviation + ACCURACY)
+    assert np.any(np.abs(mean - albedo) > sigmas * deviation + ACCURACY)
 
 
 @by_sheet
@@ -162,7 +161,7 @@ def test_weights_of_samples_are_bounded(rng, polar, sheet):
 
 
 def chi_square(density: Callable[[Array], Array], l: Array, grid: tuple[Array, Array], bins: int) -> float:
-    """Chi-square of the samples over cells of cosine and azimuth, in standard deviations above its mean."""
+    """Probability of a chi-square of the samples, over cells of cosine and azimuth, as large as theirs or larger."""
     directions, solid_angle = grid
 
     def cell(x: Array) -> Array:
@@ -178,8 +177,7 @@ def chi_square(density: Callable[[Array], Array], l: Array, grid: tuple[Array, A
     found, share = (np.concatenate(pair) for pair in zip((found, share), rest, strict=True))
     kept = share * count > 20.0  # below, the statistic is not chi-square's
     expected = count * share[kept]
-    degrees = np.count_nonzero(kept) - 1
-    return float((np.sum((found[kept] - expected) ** 2 / expected) - degrees) / np.sqrt(2.0 * degrees))
+    return float(stats.chi2.sf(np.sum((found[kept] - expected) ** 2 / expected), np.count_nonzero(kept) - 1))
 
 
 CELLS, NODES = 12, 504  # nodes a multiple of the cells, so that each has as many
@@ -194,7 +192,7 @@ def even_grid() -> tuple[Array, Array]:
 
 
 @pytest.mark.parametrize("name", ["metallised", "rough"])
-def test_samples_follow_their_density(rng, polar, name):
+def test_samples_follow_their_density(rng, polar, significance, name):
     # Lobes broad enough for an even grid: 0.07 is the narrowest, 42 nodes to a cell of 0.08 in the cosine.
     sheet, v = SHEETS[name], polar(*VIEW)
     l = sheet.sample(v, rng.random((2 * SAMPLES, 3)))
@@ -202,9 +200,8 @@ def test_samples_follow_their_density(rng, polar, name):
     def tilted(x: Array) -> Array:
         return sheet.pdf(v, x) * (1.0 + PLANTED * np.sign(x[:, 1]))
 
-    # Above its mean by five deviations; chi-square of a hundred cells is nearly normal.
-    assert chi_square(lambda x: sheet.pdf(v, x), l, even_grid(), CELLS) < SIGMAS
-    assert chi_square(tilted, l, even_grid(), CELLS) > SIGMAS
+    assert chi_square(lambda x: sheet.pdf(v, x), l, even_grid(), CELLS) > significance.level()
+    assert chi_square(tilted, l, even_grid(), CELLS) < significance.level()
 
 
 # Limits ---------------------------------------------------------------------------------------------------------------

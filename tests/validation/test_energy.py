@@ -10,9 +10,6 @@ from mrm_mtlx.validation.catalogue import ALBEDO_BOUND
 from mrm_mtlx.validation.energy import VIEW_DEGREES, directional_albedos
 from mrm_mtlx.validation.sampling import LobeShape
 
-# Standard errors by which an estimate may miss: one false alarm in 15,000, for a hundred estimates here.
-SIGMAS = 4.0
-
 # Of sums over 2048 samples in float64, of numbers rounded to float32.
 EXACT_TOL = 2.0**-22
 
@@ -85,35 +82,35 @@ def test_the_sum_of_two_white_paints_reflects_twice_the_light(albedos):
 WIDTHS = [(0.0025, 0.0025), (0.01, 0.0025), (0.05, 0.05), (0.3, 0.3), (1.0, 1.0)]
 
 
-def assert_white(found) -> None:
+def assert_white(found, significance) -> None:
     """All light is reflected, and the estimates are good enough to tell."""
     for albedo in found:
         allowed = WHITE_TOL if albedo.view_deg < STEEP else ALBEDO_BOUND - 1.0
-        assert abs(albedo.value - 1.0) <= allowed + SIGMAS * albedo.error, albedo
+        assert abs(albedo.value - 1.0) <= allowed + significance.sigmas(len(found)) * albedo.error, albedo
         assert albedo.error < 0.02, albedo
 
 
 @pytest.mark.parametrize("retroreflective", [False, True])
 @pytest.mark.parametrize("alpha", WIDTHS)
-def test_an_ideal_white_lobe_of_any_width_reflects_about_all_light(albedos, alpha, retroreflective):
-    flag = str(retroreflective).lower()
-    assert_white(albedos(white_metal("bsdf", *alpha, flag), shape(*alpha, retroreflective=retroreflective)))
+def test_an_ideal_white_lobe_of_any_width_reflects_about_all_light(albedos, significance, alpha, retroreflective):
+    lobe = white_metal("bsdf", *alpha, str(retroreflective).lower())
+    assert_white(albedos(lobe, shape(*alpha, retroreflective=retroreflective)), significance)
 
 
-def test_a_lobe_that_reflects_a_tenth_less_is_not_taken_for_white(albedos):
+def test_a_lobe_that_reflects_a_tenth_less_is_not_taken_for_white(albedos, share_of_false_alarms):
     dimmer = white_metal("bsdf", 0.0025, 0.0025, "true", weight="0.9")
     with pytest.raises(AssertionError):
-        assert_white(albedos(dimmer, shape(0.0025, 0.0025, retroreflective=True)))
+        assert_white(albedos(dimmer, shape(0.0025, 0.0025, retroreflective=True)), share_of_false_alarms())
 
 
 @pytest.mark.parametrize("alpha", WIDTHS)
-def test_a_lobe_reflects_the_same_with_and_without_the_flag(albedos, alpha):
+def test_a_lobe_reflects_the_same_with_and_without_the_flag(albedos, significance, alpha):
     ordinary, turned = (
         albedos(white_metal("bsdf", *alpha, flag), shape(*alpha, retroreflective=flag == "true"))
         for flag in ("false", "true")
     )
     for a, b in zip(ordinary, turned, strict=True):
-        assert abs(a.value - b.value) <= SIGMAS * np.hypot(a.error, b.error), (a, b)
+        assert abs(a.value - b.value) <= significance.sigmas(len(ordinary)) * np.hypot(a.error, b.error), (a, b)
 
 
 @pytest.mark.parametrize("alpha", [(0.0025, 0.0025), (0.01, 0.0025)])
@@ -124,23 +121,23 @@ def test_a_narrow_lobe_looked_for_in_the_wrong_place_is_missed(albedos, alpha):
 
 
 @pytest.mark.parametrize("wrong", [0.5, 2.0])
-def test_sampling_with_another_width_gives_the_same_albedo(albedos, wrong):
+def test_sampling_with_another_width_gives_the_same_albedo(albedos, significance, wrong):
     # Importance sampling changes the spread of an estimate, never its mean.
     alpha, sampled = 0.05, wrong * 0.05
     found = albedos(white_metal("bsdf", alpha, alpha, "true"), shape(sampled, sampled, retroreflective=True))
     for albedo in found:
         allowed = WHITE_TOL if albedo.view_deg < STEEP else ALBEDO_BOUND - 1.0
-        assert abs(albedo.value - 1.0) <= allowed + SIGMAS * albedo.error, albedo
+        assert abs(albedo.value - 1.0) <= allowed + significance.sigmas(len(found)) * albedo.error, albedo
 
 
-def test_several_lobes_are_sampled_together(albedos):
+def test_several_lobes_are_sampled_together(albedos, significance):
     nodes = (
         white_metal("a", 0.0025, 0.0025, "true")
         + white_metal("b", 0.01, 0.01, "false")
         + pair("mix", "fg", "bg", mix="0.25")
     )
     lobes = shape(0.0025, 0.0025, retroreflective=True), shape(0.01, 0.01, retroreflective=False)
-    assert_white(albedos(nodes, *lobes))
+    assert_white(albedos(nodes, *lobes), significance)
 
 
 # The check ------------------------------------------------------------------------------------------------------------
