@@ -65,17 +65,19 @@ def render(
         If a comparison is asked for of a material without a retroreflective lobe.
     """
     mx.flattenFilenames(element.getDocument(), mx.FileSearchPath(str(folder.resolve())))
-    shader = generate(element, "osl", library, mode)
-    flags = picture.flags_to_compare(shader) if settings.compare else []
-    compiled = osl.compile_for_cycles(for_cycles(shader), shader.name)
-    panels = picture.comparison_panels(settings) if settings.compare else [(True, settings.light_degrees)]
+    shaders = [
+        generate(document.getDescendant(element.getNamePath()), "osl", library, mode)
+        for document in picture.versions(element.getDocument(), settings)
+    ]
+    compiled = [osl.compile_for_cycles(for_cycles(shader), shader.name) for shader in shaders]
+    panels = [(shown, degrees) for shown in compiled for degrees in picture.light_angles(settings)]
     passes = -(-paths // _PASS)
+    scene = _scene(settings, min(paths, _PASS))
     images = []
-    for index, (flag, degrees) in enumerate(panels):
-        scene = _scene(settings, min(paths, _PASS), {} if flag else dict.fromkeys(flags, 0))
+    for index, (shown, degrees) in enumerate(panels):
         total = np.zeros((settings.size, settings.size, 4))
         for number in range(passes):
-            (image,) = osl.render(compiled, scene, [osl.Take([_light(degrees)])], seed=seed + number)
+            (image,) = osl.render(shown, scene, [osl.Take([_light(degrees)])], seed=seed + number)
             total += image
             if progress:
                 progress(index * passes + number + 1, len(panels) * passes)
@@ -97,7 +99,7 @@ def for_cycles(shader: Shader) -> str:
     return source.replace("    return texcoord;", "    return vector2(texcoord.x, 1.0 - texcoord.y);")
 
 
-def _scene(settings: Settings, paths: int, values: dict[str, int]) -> osl.Scene:
+def _scene(settings: Settings, paths: int) -> osl.Scene:
     shape = mesh(settings.shape)
     arrays: dict[str, Any] = {
         "vertices": shape.vertices.astype(np.float32),
@@ -117,7 +119,7 @@ def _scene(settings: Settings, paths: int, values: dict[str, int]) -> osl.Scene:
         "alone": False,
         "matrix": osl.looking_along(to_eye.tolist(), EYE.tolist()),
     }
-    return osl.Scene(arrays, camera, world, paths, _BOUNCES, values)
+    return osl.Scene(arrays, camera, world, paths, _BOUNCES)
 
 
 def _light(degrees: float | None) -> dict[str, Any]:

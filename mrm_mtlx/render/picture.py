@@ -11,6 +11,7 @@ from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceP
 from mrm_mtlx.library.files import replacing
 from mrm_mtlx.library.images import read_image
 from mrm_mtlx.render import environment as surroundings
+from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
 from mrm_mtlx.shadergen import generate
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.shadergen import Shader
 
 # Samples per pixel along each axis.
 OVERSAMPLING = 2
@@ -73,43 +73,33 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
     ValueError
         If a texture cannot be read, or a comparison is asked for of a material without a retroreflective lobe.
     """
-    shader = generate(element, "glsl", library)
-    textures = {
-        port.variable: read_image(folder / port.value)
-        for port in shader.uniforms
-        if port.type == "filename" and port.value
-    }
-    flags = flags_to_compare(shader) if settings.compare else []
-    with SurfaceProgram(shader, textures) as program:
-        if not settings.compare:
-            return _panel(program, settings, {})
-        return side_by_side(
-            [
-                _panel(program, replace(settings, light_degrees=angle), dict.fromkeys(flags, flag))
-                for flag, angle in comparison_panels(settings)
-            ],
-            _GAP * OVERSAMPLING,
-        )
+    panels = []
+    for document in versions(element.getDocument(), settings):
+        shader = generate(document.getDescendant(element.getNamePath()), "glsl", library)
+        textures = {
+            port.variable: read_image(folder / port.value)
+            for port in shader.uniforms
+            if port.type == "filename" and port.value
+        }
+        with SurfaceProgram(shader, textures) as program:
+            panels += [_panel(program, replace(settings, light_degrees=angle)) for angle in light_angles(settings)]
+    return side_by_side(panels, _GAP * OVERSAMPLING)
 
 
-def flags_to_compare(shader: Shader) -> list[str]:
-    """Variables of the retroreflective flags that are on.
+def versions(document: Any, settings: Settings) -> list[Any]:
+    """The document, after its ordinary version where the settings ask for a comparison.
 
     Raises
     ------
     ValueError
-        If there are none.
+        As `render`, of a comparison.
     """
-    flags = [port.variable for port in shader.uniforms if port.variable.endswith("_retroreflective") and port.value]
-    if not flags:
-        msg = "nothing to compare: no lobe of the material is retroreflective"
-        raise ValueError(msg)
-    return flags
+    return [ordinary_copy(document), document] if settings.compare else [document]
 
 
-def comparison_panels(settings: Settings) -> list[tuple[bool, float | None]]:
-    """Flag and light angle of each panel of a comparison."""
-    return [(flag, angle) for flag in (False, True) for angle in (None, settings.light_degrees or COMPARISON_DEGREES)]
+def light_angles(settings: Settings) -> list[float | None]:
+    """Angle of the light in each panel of one version; None is the headlight."""
+    return [None, settings.light_degrees or COMPARISON_DEGREES] if settings.compare else [settings.light_degrees]
 
 
 def side_by_side(panels: list[Array], gap: int = _GAP) -> Array:
@@ -160,7 +150,7 @@ def tone_map(radiance: Array, exposure: float | None) -> Array:
     return np.asarray(np.clip(_srgb(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
 
 
-def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool]) -> Array:
+def _panel(program: SurfaceProgram, settings: Settings) -> Array:
     size = settings.size * OVERSAMPLING
     rays = camera_rays(size)
     hits = intersect(settings.shape, rays)
@@ -172,7 +162,7 @@ def _panel(program: SurfaceProgram, settings: Settings, uniforms: dict[str, bool
         image = surroundings.look_up(settings.environment, rays)
     lighting = Lighting(_light(settings.light_degrees), environment, tuple(float(x) for x in EYE))
     inputs = program.surface_inputs(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
-    image[seen] = program.draw(inputs, lighting, uniforms)[:, :3]
+    image[seen] = program.draw(inputs, lighting)[:, :3]
     return np.asarray(np.maximum(np.nan_to_num(image, nan=0.0), 0.0)).reshape(size, size, 3)
 
 

@@ -90,7 +90,7 @@ def compile_shader(source, target):
     return {"ok": bool(_cycles.osl_compile(source, target))}
 
 
-def render(arrays, shader, camera, takes, world, samples, bounces, values, seed, threads):
+def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads):
     """Render a mesh with a shader to multi-layer EXR files of 32-bit floats, one per take.
 
     A take has its own "lights" and, where only a part of the rows is wanted, "rows": the fractions of the height, from
@@ -98,7 +98,7 @@ def render(arrays, shader, camera, takes, world, samples, bounces, values, seed,
 
     `arrays`: "vertices" (n, 3), "faces" (m, corners); optionally "normals" (m, corners, 3) for a smooth surface, "uv"
     (m, corners, 2) for the shader's input mrm_uv, and "environment" (height, width, 3). Those named "input:NAME", (m,)
-    or (m, 3), are inputs of the shader that are constant on each face; `values` are constant everywhere.
+    or (m, 3), are inputs of the shader that are constant on each face.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -128,7 +128,7 @@ def render(arrays, shader, camera, takes, world, samples, bounces, values, seed,
         world = {"image": write_image(arrays["environment"], Path(takes[0]["output"]).with_name("environment.exr"))}
     scene.render.film_transparent = not world
     set_world(scene, world)
-    add_mesh(scene, arrays, make_material(shader, arrays, values), camera["alone"])
+    add_mesh(scene, arrays, make_material(shader, arrays), camera["alone"])
     add_camera(scene, camera)
     picture = scene.render.image_settings
     picture.media_type = "MULTI_LAYER_IMAGE"
@@ -148,8 +148,8 @@ def render(arrays, shader, camera, takes, world, samples, bounces, values, seed,
     return {}
 
 
-def make_material(shader, arrays, values):
-    """A material of one script node, whose inputs come from the mesh's attributes of the same name, or have values."""
+def make_material(shader, arrays):
+    """A material of one script node, whose inputs come from the mesh's attributes of the same name."""
     material = bpy.data.materials.new("surface")
     material.use_nodes = True
     # Emission would make the mesh a light, which halves the sampling of the others.
@@ -169,8 +169,6 @@ def make_material(shader, arrays, values):
         attribute = tree.nodes.new("ShaderNodeAttribute")
         attribute.attribute_name = name
         tree.links.new(socket, attribute.outputs["Vector" if array.ndim == 2 else "Fac"])
-    for name, value in values.items():
-        script.inputs[name].default_value = value
     if "uv" in arrays and "mrm_uv" in script.inputs:
         tree.links.new(script.inputs["mrm_uv"], tree.nodes.new("ShaderNodeUVMap").outputs["UV"])
     output = tree.nodes.new("ShaderNodeOutputMaterial")

@@ -45,8 +45,6 @@ class Scene:
         (height, width, 3), row 0 at +y and its centre column at -z, is the array "environment".
     samples, bounces
         Paths per pixel, and how often one may be reflected.
-    values
-        Numbers for inputs of the shader, in the place of its own.
     """
 
     arrays: Mapping[str, NDArray[Any]]
@@ -54,7 +52,6 @@ class Scene:
     world: Mapping[str, Any] = field(default_factory=dict)
     samples: int = 1
     bounces: int = 0
-    values: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -93,7 +90,6 @@ def render(shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: 
         world=dict(scene.world),
         samples=scene.samples,
         bounces=scene.bounces,
-        values=dict(scene.values),
         seed=seed,
         threads=processors(),
     )

@@ -1,0 +1,47 @@
+"""The same document with nothing in it retroreflective, for comparisons."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import MaterialX as mx
+
+# Inputs that make a node retroreflective, wholly or by an amount, and what switches them off.
+_OFF = {"retroreflective": "false", "retroreflectivity": "0"}
+
+
+def ordinary_copy(document: Any) -> Any:
+    """A copy of a document where every retroreflective input of a node is off, also a connected one.
+
+    Raises
+    ------
+    ValueError
+        If there is none that could be on.
+    """
+    copy = mx.createDocument()
+    copy.copyContentFrom(document)
+    copy.setDataLibrary(document.getDataLibrary())
+    switched = [_switch_off(node) for node in copy.traverseTree() if node.isA(mx.Node)]
+    if not any(switched):
+        msg = "nothing to compare: no lobe of the material is retroreflective"
+        raise ValueError(msg)
+    return copy
+
+
+def _switch_off(node: Any) -> bool:
+    """Whether the node has, or gets by default, a retroreflective input that was not off."""
+    definition = node.getNodeDef()
+    found = False
+    for name, off in _OFF.items():
+        declared = definition.getActiveInput(name) if definition is not None else None
+        if declared is None:
+            continue
+        given = node.getInput(name)
+        connected = given is not None and not given.hasValueString()
+        value = (declared if given is None else given).getValue()
+        if not connected and not value:
+            continue
+        node.removeInput(name)
+        node.addInput(name, declared.getType()).setValueString(off)
+        found = True
+    return found
