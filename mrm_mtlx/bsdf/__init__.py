@@ -19,7 +19,9 @@ Conventions, for the whole project
 
 The parts are plain functions: distributions of facets (`ggx`, `beckmann`, `phong`, over `slopes`), `masking`, Fresnel
 terms (`fresnel`, `thin_film`, `reflectance`), `diffuse` and `vectors`. `microfacet` composes facets, `lobes` the public
-BSDFs, `blend` mixes them, `quadrature` integrates. `albedo` has the fit that energy compensation uses.
+BSDFs, `blend` mixes them, `quadrature` integrates. `prismatic` and `sheeting` have cube corners, `albedo` the fit that
+energy compensation uses.
+
 This is the physics as the papers have it. What MaterialX's shaders do differently (mean-width masking, clamps, closure
 arithmetic) is in `mrm_mtlx.reference`, which is built on these parts.
 """
@@ -27,6 +29,7 @@ arithmetic) is in `mrm_mtlx.reference`, which is built on these parts.
 from mrm_mtlx.bsdf.blend import Blend, partially_retroreflective, surroundings
 from mrm_mtlx.bsdf.diffuse_lobes import EON, Lambert
 from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Lobe
+from mrm_mtlx.bsdf.sheeting import PrismaticSheeting
 from mrm_mtlx.bsdf.vectors import back_vector, half_vector, mirror
 
 __all__ = [
@@ -37,6 +40,7 @@ __all__ = [
     "GeneralizedSchlick",
     "Lambert",
     "Lobe",
+    "PrismaticSheeting",
     "back_vector",
     "half_vector",
     "mirror",

@@ -5,17 +5,18 @@ Directions are given by angles in degrees, since those can be typed: theta from 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mrm_mtlx.bsdf.blend import partially_retroreflective
-from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick
+from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Microfacet
+from mrm_mtlx.bsdf.sheeting import PrismaticSheeting
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.bsdf.lobes import Lobe, Microfacet
+    from mrm_mtlx.bsdf.lobes import Lobe
 
 SCHEMA = "mrm.vectors/1"
 
@@ -36,14 +37,16 @@ class Case:
     """
 
     name: str
-    lobe: Microfacet
+    lobe: Microfacet | PrismaticSheeting
     pairs: tuple[tuple[float, float, float, float], ...]
     weight: float | None = None
 
     @property
     def bsdf(self) -> Lobe:
         """What is evaluated."""
-        return self.lobe if self.weight is None else partially_retroreflective(self.lobe, self.weight)
+        if self.weight is None or not isinstance(self.lobe, Microfacet):
+            return self.lobe
+        return partially_retroreflective(self.lobe, self.weight)
 
 
 # In the plane of incidence at the peak and beside it, out of the plane, and at grazing incidence.
@@ -98,6 +101,10 @@ def cases() -> tuple[Case, ...]:
         )
         for weight in (0.0, 0.25, 1.0)
     ]
+    sheet = PrismaticSheeting(1.586, alpha=(0.05, 0.08), rotation=0.3, substrate=(0.5, 0.1, 0.02), tint=(0.9, 0.3, 0.1))
+    for backing in ("air", "metal"):
+        pairs = ((10.0, 20.0, 10.0, 20.0), (30.0, 40.0, 31.0, 41.0), (50.0, -20.0, 20.0, 100.0))
+        found.append(Case(f"prismatic sheeting, {backing}", replace(sheet, backing=backing), pairs))
     return tuple(found)
 
 

@@ -68,7 +68,8 @@ def test_vectors_are_those_of_the_angles(table):
 
 def test_every_part_and_combination_has_a_row(table):
     for name, values in {
-        "model": ("Conductor", "Dielectric", "GeneralizedSchlick"),
+        "model": ("Conductor", "Dielectric", "GeneralizedSchlick", "PrismaticSheeting"),
+        "backing": ("air", "metal"),
         "distribution": ("ggx", "beckmann", "phong"),
         "masking": ("smith", "smith_separable", "v_cavity"),
         "sampling": ("bounded", "visible"),

@@ -26,7 +26,7 @@ def test_the_three_forms_have_the_same_values(mrm, tmp_path):
         assert [float(row[f"f_{c}"]) for c in "rgb"] == vector["f"]
         assert [float(row[f"v_{c}"]) for c in "xyz"] == vector["v"]
         assert float(row["pdf"]) == vector["pdf"]
-        assert row["retroreflective"] == str(vector["retroreflective"]).lower()
+        assert row["retroreflective"] == str(vector.get("retroreflective", "")).lower()
         color0 = vector.get("color0")
         assert row["color0_g"] == ("" if color0 is None else str(color0))
     # In the text, six digits; a line of values begins with the angles, and there is one per row.

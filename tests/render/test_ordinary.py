@@ -25,7 +25,8 @@ def test_what_is_retroreflective_is_off_in_the_copy_alone(make_document, nodes, 
     document = make_document(nodes)
     before = document.getNode("a").getInput(name)
     before = (before.getValue(), before.getNodeName()) if before else None
-    switched = ordinary_copy(document).getNode("a").getInput(name)
+    copy = ordinary_copy(document)
+    switched = copy.getNode("a").getInput(name)
     assert (switched.getValue(), switched.getNodeName()) == (off, "")
     after = document.getNode("a").getInput(name)
     assert ((after.getValue(), after.getNodeName()) if after else None) == before
