@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 # Newton's method, halving the interval where it would leave it: 60 halvings alone exhaust double precision.
 _STEPS = 60
-# Share of what is visible to which V is inverted: some hundred times the roundings of its terms.
+# Relative error of V(q) that ends the search: some hundred times the roundings of its terms.
 _PRECISION = 1e-13
 
 # What a random number of 0 is taken for, half of the next one: the slope would be infinite.
@@ -47,13 +47,12 @@ def sample_visible(u: Array, cos_theta: Array, sin_theta: Array, end: Array, mar
     def visible(s: Array) -> Array:
         return np.asarray(cos_theta * marginal.cumulative(s) + sin_theta * marginal.moment(s))
 
-    all_visible = visible(end)
-    goal = np.maximum(u, LEAST) * all_visible
+    goal = np.maximum(u, LEAST) * visible(end)
     low, high = np.full_like(end, marginal.lowest), end.copy()
     s = 0.5 * (low + high)
     for _ in range(_STEPS):
         excess = visible(s) - goal
-        found = np.abs(excess) <= _PRECISION * all_visible
+        found = np.abs(excess) <= _PRECISION * goal
         if np.all(found):
             break
         low, high = np.where(excess < 0.0, s, low), np.where(excess < 0.0, high, s)

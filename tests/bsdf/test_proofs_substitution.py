@@ -412,11 +412,13 @@ def test_a_narrow_lobe_is_the_smooth_interface(rng, polar, distribution, combina
             # A facet turned by delta turns light by at most 2 delta; half of all facets are within a width, or so.
             assert np.median(off) < 2.0 * alpha
             assert np.median(off) > 0.1 * alpha
-        found = reflected.albedo(v)[0], refracted.albedo(v)[0]
-        errors.append(np.abs(np.subtract(found, (smooth, 1.0 - smooth))))
-    # The error falls as alpha^2; GGX's tails add a logarithm. The quadrature's own is 1e-4 at most.
-    assert np.all(errors[2] < 2e-4)
-    assert np.all(errors[2] < np.array(errors[0]))
+        if combination == "full":  # the others have the same
+            found = reflected.albedo(v)[0], refracted.albedo(v)[0]
+            errors.append(np.abs(np.subtract(found, (smooth, 1.0 - smooth))))
+    if errors:
+        # The error falls as alpha^2; GGX's tails add a logarithm. The quadrature's own is 1e-4 at most.
+        assert np.all(errors[2] < 2e-4)
+        assert np.all(errors[2] < errors[0])
 
 
 @pytest.mark.parametrize("btdf", [False, True], ids=["classic", "retroreflective"])
