@@ -1,10 +1,13 @@
-"""Measured BRDFs: readers of the formats they come in.
+"""Measured BRDFs and coefficients: readers of the formats they come in, and the material that fits them.
 
 Angles are in radians, values in 1/sr without the cosine, as everywhere in the package; what a file has otherwise is
 converted by its reader.
 """
 
 from mrm_mtlx.measured.alta import read_alta
-from mrm_mtlx.measured.measurement import Measurement
+from mrm_mtlx.measured.measurement import CoefficientSamples, Measurement
+from mrm_mtlx.measured.merl import read_merl
+from mrm_mtlx.measured.reading import read
+from mrm_mtlx.measured.table import read_table
 
-__all__ = ["Measurement", "read_alta"]
+__all__ = ["CoefficientSamples", "Measurement", "read", "read_alta", "read_merl", "read_table"]

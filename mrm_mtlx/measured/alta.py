@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.measured.measurement import Measurement
+from mrm_mtlx.measured.measurement import GRAZING, Measurement
+from mrm_mtlx.measured.text import LineError, finite, lines, located, opened, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
     from typing import BinaryIO
 
@@ -33,14 +33,11 @@ COORDINATES = 3
 # What the values are: whether they have the cosine of theta_l in them.
 PARAM_OUT = {"INV_STERADIAN": False, "INV_STERADIAN_COSINE_FACTOR": True}
 
-# Bounds of what is read: the file that the paper fits has 7,397 samples in 1 MiB, with lines of 150 characters.
+# Bounds of what is read: the file that the paper fits has 7,397 samples in 1 MiB.
 MAXIMUM_BYTES = 64 * 2**20
-MAXIMUM_LINE = 4096
 MAXIMUM_SAMPLES = 1_000_000
 MAXIMUM_CHANNELS = 64
 
-# A light so close to the horizon [rad] that division by its cosine would only amplify noise: 0.06 degrees.
-_GRAZING = 1e-3
 # How far beyond the horizon a rounded theta_v may be [rad].
 _ROUNDED = 1e-4
 
@@ -66,113 +63,70 @@ def read_alta(path: Path) -> Measurement:
     OSError
         If the file cannot be opened.
     """
-    if not path.is_file():  # a pipe or a device would never end
-        msg = f"{path.name}: it does not exist, or is not a regular file"
-        raise ValueError(msg)
-    if path.stat().st_size > MAXIMUM_BYTES:
-        msg = f"{path.name}: larger than the {MAXIMUM_BYTES // 2**20} MiB that are read"
-        raise ValueError(msg)
-    with path.open("rb") as stream:
-        try:
-            return _measurement(stream)
-        except _LineError as error:
-            place = f" line {error.line}" if error.line else ""
-            msg = f"{path.name}{place}: {error}"
-            raise ValueError(msg) from None
-
-
-class _LineError(Exception):
-    """What is wrong with the file, and in which line, counted from 1; 0 is the whole file."""
-
-    def __init__(self, line: int, message: str) -> None:
-        super().__init__(message)
-        self.line = line
+    with opened(path, MAXIMUM_BYTES) as stream, located(path):
+        return _measurement(stream)
 
 
 def _measurement(stream: BinaryIO) -> Measurement:
     header: dict[str, str] = {}
     rows: list[list[float]] = []
     columns = 0
-    for number, text in _lines(stream):
+    for number, text in lines(stream):
         if text.startswith("#"):
             key, _, value = text[1:].strip().partition(" ")
             if rows and key in ("DIM", "VS", "PARAM_IN", "PARAM_OUT"):
-                raise _LineError(number, f"'#{key}' after the first sample; the header comes first")
+                raise LineError(number, f"'#{key}' after the first sample; the header comes first")
             header[key] = value.strip()
             continue
         if not rows:
             columns = _columns(header, number)
         if len(rows) == MAXIMUM_SAMPLES:
-            raise _LineError(number, f"more than the {MAXIMUM_SAMPLES} samples that are read")
+            raise LineError(number, f"more than the {MAXIMUM_SAMPLES} samples that are read")
         row = _numbers(text, number, columns)
         _check(row, number)
         rows.append(row)
     if not rows:
-        raise _LineError(0, "it has no samples; expected the header and lines of numbers of ALTA's text format")
+        raise LineError(0, "it has no samples; expected the header and lines of numbers of ALTA's text format")
     return _converted(np.array(rows), header)
-
-
-def _lines(stream: BinaryIO) -> Iterator[tuple[int, str]]:
-    """Lines that are not empty, numbered from 1, without what surrounds them."""
-    number = 0
-    while line := stream.readline(MAXIMUM_LINE + 1):
-        number += 1
-        if len(line) > MAXIMUM_LINE:
-            raise _LineError(number, f"longer than the {MAXIMUM_LINE} characters that are read")
-        try:
-            text = line.decode("utf-8").strip()
-        except UnicodeDecodeError:
-            raise _LineError(number, "not UTF-8; expected a text file") from None
-        if text:
-            yield number, text
 
 
 def _columns(header: dict[str, str], line: int) -> int:
     """Numbers per sample, from a header that is complete and of the kind that is read; `line` is where it ended."""
     for key in ("DIM", "PARAM_IN", "PARAM_OUT"):
         if key not in header:
-            raise _LineError(line, f"the first sample comes before a header line '#{key}'")
+            raise LineError(line, f"the first sample comes before a header line '#{key}'")
     if header["PARAM_IN"] != PARAM_IN:
-        raise _LineError(line, f"PARAM_IN is {_shown(header['PARAM_IN'])}; what is read is {PARAM_IN}")
+        raise LineError(line, f"PARAM_IN is {shown(header['PARAM_IN'])}; what is read is {PARAM_IN}")
     if header["PARAM_OUT"] not in PARAM_OUT:
-        raise _LineError(line, f"PARAM_OUT is {_shown(header['PARAM_OUT'])}; what is read is {', '.join(PARAM_OUT)}")
+        raise LineError(line, f"PARAM_OUT is {shown(header['PARAM_OUT'])}; what is read is {', '.join(PARAM_OUT)}")
     if header.get("VS", "0").split() not in (["0"], []):
-        raise _LineError(line, f"VS is {_shown(header['VS'])}: uncertainties of the values are not read, only VS 0")
+        raise LineError(line, f"VS is {shown(header['VS'])}: uncertainties of the values are not read, only VS 0")
     found = header["DIM"].split()
     if len(found) != 2 or not all(part.isascii() and part.isdigit() and len(part) < 5 for part in found):
-        raise _LineError(line, f"DIM is {_shown(header['DIM'])}; expected the numbers of coordinates and of channels")
+        raise LineError(line, f"DIM is {shown(header['DIM'])}; expected the numbers of coordinates and of channels")
     coordinates, channels = map(int, found)
     if coordinates != COORDINATES or not 1 <= channels <= MAXIMUM_CHANNELS:
         expected = f"{COORDINATES} coordinates for {PARAM_IN}, and 1 to {MAXIMUM_CHANNELS} channels"
-        raise _LineError(line, f"DIM is {_shown(header['DIM'])}; expected {expected}")
+        raise LineError(line, f"DIM is {shown(header['DIM'])}; expected {expected}")
     return coordinates + channels
 
 
 def _numbers(text: str, line: int, columns: int) -> list[float]:
     words = text.split()
     if len(words) != columns:
-        raise _LineError(line, f"{len(words)} columns, where DIM in the header says {columns}")
-    numbers = []
-    for word in words:
-        try:
-            number = float(word)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number) or "_" in word:  # Python's own numbers may have underscores
-            raise _LineError(line, f"{_shown(word)} is no finite number")
-        numbers.append(number)
-    return numbers
+        raise LineError(line, f"{len(words)} columns, where DIM in the header says {columns}")
+    return [finite(word, line) for word in words]
 
 
 def _check(row: list[float], line: int) -> None:
     """Whether a sample is above the horizon and not negative."""
     theta_l, theta_v = row[0], math.hypot(row[1], row[2])
-    if not 0.0 <= theta_l <= math.pi / 2 - _GRAZING:
-        raise _LineError(line, f"theta_l is {theta_l:g} rad; expected 0 to less than pi/2 (90 degrees)")
+    if not 0.0 <= theta_l <= math.pi / 2 - GRAZING:
+        raise LineError(line, f"theta_l is {theta_l:g} rad; expected 0 to less than pi/2 (90 degrees)")
     if theta_v > math.pi / 2 + _ROUNDED:
-        raise _LineError(line, f"theta_v is {theta_v:g} rad; expected at most pi/2 (90 degrees)")
+        raise LineError(line, f"theta_v is {theta_v:g} rad; expected at most pi/2 (90 degrees)")
     if min(row[COORDINATES:]) < 0.0:
-        raise _LineError(line, f"the value {min(row[COORDINATES:]):g} is negative; a BRDF is not")
+        raise LineError(line, f"the value {min(row[COORDINATES:]):g} is negative; a BRDF is not")
 
 
 def _converted(rows: Array, header: dict[str, str]) -> Measurement:
@@ -182,9 +136,3 @@ def _converted(rows: Array, header: dict[str, str]) -> Measurement:
         f = f / np.cos(theta_l)[:, None]
     name = header.get("SAMPLE", "").strip('"')
     return Measurement(name, theta_l, np.minimum(np.hypot(x, y), np.pi / 2), np.arctan2(y, x), f)
-
-
-def _shown(text: str) -> str:
-    """A word of the file, in quotes, of a length that fits a message and without control characters."""
-    plain = "".join(c if c.isprintable() else " " for c in text)
-    return f"'{plain if len(plain) <= 40 else plain[:40] + '...'}'"

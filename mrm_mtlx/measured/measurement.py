@@ -16,6 +16,9 @@ IN_PLANE = 1e-3
 # Light angles that are no farther apart than this [rad] are one: files have few digits.
 SAME_LIGHT = 1e-4
 
+# A direction so close to the horizon [rad] that division by its cosine would only amplify noise: 0.06 degrees.
+GRAZING = 1e-3
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -71,3 +74,35 @@ class Measurement:
         chosen = np.flatnonzero((np.abs(self.theta_l - theta_l) <= SAME_LIGHT) & (across <= IN_PLANE))
         ordered = chosen[np.argsort(signed[chosen], kind="stable")]
         return signed[ordered], self.f[ordered]
+
+    def chosen(self, where: Array) -> Measurement:
+        """Some of the samples, by a mask or by indices."""
+        arrays = (self.theta_l, self.theta_v, self.dphi, self.f)
+        return Measurement(self.name, *(array[where] for array in arrays))
+
+
+@dataclass(frozen=True)
+class CoefficientSamples:
+    """Coefficients of retroreflection, as a laboratory or a standard states them.
+
+    Attributes
+    ----------
+    name
+        Of what was measured, "" if nothing says.
+    observation : shape (samples,)
+        Angle between l and v [rad], >= 0.
+    beta1, beta2 : shape (samples,)
+        Components of the entrance angle [rad]; see `photometry.goniometer`.
+    ra : shape (samples,)
+        R_A [cd/(lx m^2)], > 0.
+    """
+
+    name: str
+    observation: Array
+    beta1: Array
+    beta2: Array
+    ra: Array
+
+    def __len__(self) -> int:
+        """The number of values."""
+        return len(self.ra)
