@@ -16,6 +16,7 @@ LAYERS = (
     {"cli"},
     {"plots"},
     {"validation", "render", "measured"},
+    {"photometry"},
     {"engines", "reference"},
     {"shadergen"},
     {"library", "bsdf"},
