@@ -20,7 +20,7 @@ import numpy as np
 
 from mrm_mtlx.bsdf import albedo, fresnel, ggx, microfacet
 from mrm_mtlx.bsdf.blocks import evaluate_in_blocks
-from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Smith
+from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough, Smith
 from mrm_mtlx.bsdf.quadrature import ACCURACY, over_unit_square
 from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.bsdf.vectors import color, components
@@ -76,7 +76,8 @@ class Microfacet(ABC):
     alpha : (array_like, array_like)
         Widths along the tangent and across it, in (0, 1].
     distribution
-        "ggx", "beckmann" or "phong", or a `masking.Distribution` of one's own.
+        "ggx", "beckmann" or "phong", or a `masking.Distribution` of one's own; samples of scatter mode "RT" are right
+        for reflection-symmetric ones alone.
     masking
         "smith" (height-correlated), "smith_separable" or "v_cavity"; see `masking`.
     retroreflective
@@ -172,7 +173,7 @@ class Microfacet(ABC):
             reflectance = self._seen_reflectance(at.v_m, eta, inside, parameters)
             f = microfacet.reflection(facets, at, reflectance)
             if self.energy_compensation:
-                white = albedo.white_albedo(at.v[2], np.sqrt(facets.alpha_x * facets.alpha_y))
+                white = albedo.white_albedo(at.v[2], np.sqrt(facets.rough.alpha_x * facets.rough.alpha_y))
                 f = f * albedo.compensation(reflectance, white)
         if "T" in self.scatter_mode:
             at = microfacet.refracting(self._seen(v, self.retroreflective_btdf), l, eta)
@@ -238,7 +239,7 @@ class Microfacet(ABC):
             if mode == "R":
                 kept = weight * facets.unhidden(seen, microfacet.reflect(seen, m), m)
                 if self.energy_compensation:
-                    white = albedo.white_albedo(v[2], np.sqrt(facets.alpha_x * facets.alpha_y))
+                    white = albedo.white_albedo(v[2], np.sqrt(facets.rough.alpha_x * facets.rough.alpha_y))
                     reflectance = reflectance * albedo.compensation(reflectance, white)
                 share = share + kept * reflectance
             else:
@@ -278,7 +279,7 @@ class Microfacet(ABC):
         bounded = self.sampling == "bounded" and self.scatter_mode == "R"
 
         def block(*vectors: Array, alpha_x: Array, alpha_y: Array, **parameters: Array) -> Array:
-            facets = microfacet.Facets(distribution, masking, alpha_x, alpha_y, bounded)
+            facets = microfacet.Facets(Rough(distribution, alpha_x, alpha_y), masking, bounded)
             return np.asarray(function(*vectors, facets=facets, **parameters))
 
         scalars = {

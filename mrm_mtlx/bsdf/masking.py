@@ -1,12 +1,12 @@
 """Masking and shadowing of facets, and which facets a direction sees.
 
 All functions take directions components first, (3, m), with z > 0 (mirrored to the upper side where they point down:
-masking is the same on both sides), and a `Distribution`.
+masking is the same on both sides), and the `Rough` facets.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -44,39 +44,49 @@ class Distribution(Protocol):
         ...
 
 
+class Rough(NamedTuple):
+    """Facets without what hides them: their distribution and its widths, shape (...)."""
+
+    distribution: Distribution
+    alpha_x: Array
+    alpha_y: Array
+
+    def density(self, m: Array) -> Array:
+        """D(m) [1/sr], shape (m,)."""
+        return self.distribution.distribution(m[0], m[1], m[2], self.alpha_x, self.alpha_y)
+
+    def smith_lambda(self, w: Array) -> Array:
+        """Smith's Lambda of a direction, shape (m,)."""
+        return self.distribution.smith_lambda(w[0], w[1], w[2], self.alpha_x, self.alpha_y)
+
+    def sample_normal(self, u: Array) -> Array:
+        """Normals with density D(m) mz, (3, m)."""
+        return self.distribution.sample_normal(u[0], u[1], self.alpha_x, self.alpha_y)
+
+    def sample_visible(self, v: Array, u: Array) -> Array:
+        """Normals that v sees under Smith masking, (3, m)."""
+        return self.distribution.sample_visible(v, u[0], u[1], self.alpha_x, self.alpha_y)
+
+
 class Masking(Protocol):
     """What of the facets is hidden, from v and from l."""
 
-    def masking(self, facets: Distribution, w: Array, m: Array, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
-        """G1(w, m): share of the facets with normal m that are seen from w, shape (...), in [0, 1]."""
+    def masking(self, rough: Rough, w: Array, m: Array) -> Array:
+        """G1(w, m): share of the facets with normal m that are seen from w, shape (m,), in [0, 1]."""
         ...
 
-    def masking_shadowing(
-        self,
-        facets: Distribution,
-        v: Array,
-        l: Array,
-        m: Array,
-        alpha_x: ArrayLike,
-        alpha_y: ArrayLike,
-        *,
-        transmitted: bool,
-    ) -> Array:
-        """G2(v, l, m): share seen from v and lit from l, shape (...), at most G1 of either.
+    def masking_shadowing(self, rough: Rough, v: Array, l: Array, m: Array, *, transmitted: bool) -> Array:
+        """G2(v, l, m): share seen from v and lit from l, shape (m,), at most G1 of either.
 
         `transmitted`: l is on the other side; it is given mirrored to the upper one.
         """
         ...
 
-    def sample_visible(
-        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
-    ) -> tuple[Array, Array]:
+    def sample_visible(self, rough: Rough, v: Array, u: Array) -> tuple[Array, Array]:
         """Normals with density D_v(m) = G1(v, m) <v.m> D(m) / (n.v), (3, m), and the rest of u[2], uniform."""
         ...
 
-    def points(
-        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
-    ) -> tuple[Array, Array]:
+    def points(self, rough: Rough, v: Array, u: Array) -> tuple[Array, Array]:
         """Normals over the square of u[0] and u[1], (3, m), and weights (m,) that make their density D_v(m)."""
         ...
 
@@ -93,25 +103,15 @@ class Smith:
     def __init__(self, *, correlated: bool) -> None:
         self.correlated = correlated
 
-    def masking(self, facets: Distribution, w: Array, m: Array, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    def masking(self, rough: Rough, w: Array, m: Array) -> Array:
         """G1 = 1 / (1 + Lambda) wherever w.m > 0."""
         seen = w[0] * m[0] + w[1] * m[1] + w[2] * m[2] > 0.0
-        return np.asarray(seen / (1.0 + facets.smith_lambda(w[0], w[1], w[2], alpha_x, alpha_y)))
+        return np.asarray(seen / (1.0 + rough.smith_lambda(w)))
 
-    def masking_shadowing(
-        self,
-        facets: Distribution,
-        v: Array,
-        l: Array,
-        m: Array,
-        alpha_x: ArrayLike,
-        alpha_y: ArrayLike,
-        *,
-        transmitted: bool,
-    ) -> Array:
+    def masking_shadowing(self, rough: Rough, v: Array, l: Array, m: Array, *, transmitted: bool) -> Array:
         """G2, see the class; whether v.m and l.m have the right sign is the caller's to see."""
         del m
-        lambda_v, lambda_l = (facets.smith_lambda(w[0], w[1], w[2], alpha_x, alpha_y) for w in (v, l))
+        lambda_v, lambda_l = (rough.smith_lambda(w) for w in (v, l))
         if not self.correlated:
             return np.asarray(1.0 / ((1.0 + lambda_v) * (1.0 + lambda_l)))
         if not transmitted:
@@ -120,17 +120,13 @@ class Smith:
 
         return np.asarray(special.beta(1.0 + lambda_v, 1.0 + lambda_l))
 
-    def sample_visible(
-        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
-    ) -> tuple[Array, Array]:
+    def sample_visible(self, rough: Rough, v: Array, u: Array) -> tuple[Array, Array]:
         """The distribution's own."""
-        return facets.sample_visible(v, u[0], u[1], alpha_x, alpha_y), u[2]
+        return rough.sample_visible(v, u), u[2]
 
-    def points(
-        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
-    ) -> tuple[Array, Array]:
+    def points(self, rough: Rough, v: Array, u: Array) -> tuple[Array, Array]:
         """Visible normals, all of one weight."""
-        return facets.sample_visible(v, u[0], u[1], alpha_x, alpha_y), np.ones(())
+        return rough.sample_visible(v, u), np.ones(())
 
 
 class VCavity:
@@ -140,34 +136,22 @@ class VCavity:
     is lit start from opposite edges (Heitz and d'Eon 2014).
     """
 
-    def masking(self, facets: Distribution, w: Array, m: Array, alpha_x: ArrayLike, alpha_y: ArrayLike) -> Array:
+    def masking(self, rough: Rough, w: Array, m: Array) -> Array:
         """G1 = min(2 (n.w) (n.m) / (w.m), 1) wherever w.m > 0."""
-        del facets, alpha_x, alpha_y
+        del rough
         return self._g1(w, m, w[0] * m[0] + w[1] * m[1] + w[2] * m[2])
 
-    def masking_shadowing(
-        self,
-        facets: Distribution,
-        v: Array,
-        l: Array,
-        m: Array,
-        alpha_x: ArrayLike,
-        alpha_y: ArrayLike,
-        *,
-        transmitted: bool,
-    ) -> Array:
+    def masking_shadowing(self, rough: Rough, v: Array, l: Array, m: Array, *, transmitted: bool) -> Array:
         """G2, see the class."""
-        del facets, alpha_x, alpha_y
+        del rough
         seen = self._g1(v, m, v[0] * m[0] + v[1] * m[1] + v[2] * m[2])
         side = -1.0 if transmitted else 1.0  # l was mirrored up: its own cosine with m is that of the mirrored m
         lit = self._g1(l, m, np.abs(l[0] * m[0] + l[1] * m[1] + side * l[2] * m[2]))
         return np.maximum(seen + lit - 1.0, 0.0) if transmitted else np.minimum(seen, lit)
 
-    def sample_visible(
-        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
-    ) -> tuple[Array, Array]:
+    def sample_visible(self, rough: Rough, v: Array, u: Array) -> tuple[Array, Array]:
         """A facet of the distribution, or its mirror image, in proportion to how v sees them (Heitz and d'Eon 2014)."""
-        m = facets.sample_normal(u[0], u[1], alpha_x, alpha_y)
+        m = rough.sample_normal(u)
         across, along = v[0] * m[0] + v[1] * m[1], v[2] * m[2]
         here, there = np.maximum(along + across, 0.0), np.maximum(along - across, 0.0)
         share = here / np.maximum(here + there, np.finfo(float).tiny)
@@ -178,11 +162,9 @@ class VCavity:
         sign = np.where(kept, 1.0, -1.0)
         return np.stack([sign * m[0], sign * m[1], m[2]]), rest
 
-    def points(
-        self, facets: Distribution, v: Array, u: Array, alpha_x: ArrayLike, alpha_y: ArrayLike
-    ) -> tuple[Array, Array]:
+    def points(self, rough: Rough, v: Array, u: Array) -> tuple[Array, Array]:
         """All normals with density D(m) mz; their weight, G1 <v.m> / ((n.v) mz), is at most 2."""
-        m = facets.sample_normal(u[0], u[1], alpha_x, alpha_y)
+        m = rough.sample_normal(u)
         cos_m = v[0] * m[0] + v[1] * m[1] + v[2] * m[2]
         return m, self._g1(v, m, cos_m) * cos_m / (v[2] * m[2])
 

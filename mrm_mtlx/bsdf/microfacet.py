@@ -19,7 +19,7 @@ from mrm_mtlx.bsdf.masking import Smith
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.bsdf.masking import Distribution, Masking
+    from mrm_mtlx.bsdf.masking import Masking, Rough
 
 _UP = np.array([[0.0], [0.0], [1.0]])
 _DOWNWARDS = np.array([[1.0], [1.0], [-1.0]])
@@ -27,41 +27,36 @@ _DOWNWARDS = np.array([[1.0], [1.0], [-1.0]])
 
 @dataclass(frozen=True)
 class Facets:
-    """A rough surface: how its facets are distributed and hidden, and their widths."""
+    """A rough surface: its facets, and how they are hidden."""
 
-    distribution: Distribution
+    rough: Rough
     masking: Masking
-    alpha_x: Array
-    alpha_y: Array
     bounded: bool = False
 
     def density(self, m: Array) -> Array:
         """D(m), shape (m,)."""
-        return self.distribution.distribution(m[0], m[1], m[2], self.alpha_x, self.alpha_y)
+        return self.rough.density(m)
 
     def masking_shadowing(self, v: Array, l: Array, m: Array, *, transmitted: bool = False) -> Array:
         """G2(v, l, m), shape (m,)."""
-        return self.masking.masking_shadowing(
-            self.distribution, v, l, m, self.alpha_x, self.alpha_y, transmitted=transmitted
-        )
+        return self.masking.masking_shadowing(self.rough, v, l, m, transmitted=transmitted)
 
     def visible(self, v: Array, m: Array, cos_m: Array) -> Array:
         """Density of the facets that v sees, D_v(m) = G1(v, m) <v.m> D(m) / (n.v) [1/sr], shape (m,)."""
-        g1 = self.masking.masking(self.distribution, v, m, self.alpha_x, self.alpha_y)
-        return np.asarray(g1 * cos_m * self.density(m) / v[2])
+        return np.asarray(self.masking.masking(self.rough, v, m) * cos_m * self.density(m) / v[2])
 
     def sample(self, v: Array, u: Array) -> tuple[Array, Array]:
         """Facets with density `visible`, (3, m), and what is left of u[2], uniform again."""
-        return self.masking.sample_visible(self.distribution, v, u, self.alpha_x, self.alpha_y)
+        return self.masking.sample_visible(self.rough, v, u)
 
     def points(self, v: Array, u: Array) -> tuple[Array, Array]:
         """Facets over the square of u[0] and u[1], (3, m), and their weight: together they have density `visible`."""
-        return self.masking.points(self.distribution, v, u, self.alpha_x, self.alpha_y)
+        return self.masking.points(self.rough, v, u)
 
     def unhidden(self, v: Array, l: Array, m: Array) -> Array:
         """Share of the facets seen from v that l reaches too, G2 / G1, shape (m,); 0 where l is the zero vector."""
         scattered, transmitted = l[2] != 0.0, l[2] < 0.0
-        g1 = self.masking.masking(self.distribution, v, m, self.alpha_x, self.alpha_y)
+        g1 = self.masking.masking(self.rough, v, m)
         up = np.where(scattered, np.where(transmitted, l * _DOWNWARDS, l), _UP)
         g2 = np.where(
             transmitted,
@@ -73,7 +68,7 @@ class Facets:
     @property
     def has_bound(self) -> bool:
         """Whether reflections are sampled on the bounded cap, which is known for GGX with Smith masking."""
-        return self.bounded and self.distribution is ggx and isinstance(self.masking, Smith)
+        return self.bounded and self.rough.distribution is ggx and isinstance(self.masking, Smith)
 
 
 @dataclass(frozen=True)
@@ -126,7 +121,7 @@ def reflection(facets: Facets, at: Geometry, reflectance: Array) -> Array:
 def reflection_density(facets: Facets, at: Geometry) -> Array:
     """Density of sampled reflections, D_v(m) / (4 v.m) (Portsmouth et al. 2026, eq. 4) [1/sr], shape (m,)."""
     if facets.has_bound:
-        density = ggx.bounded_density(at.v, facets.density(at.m), facets.alpha_x, facets.alpha_y)
+        density = ggx.bounded_density(at.v, facets.density(at.m), facets.rough.alpha_x, facets.rough.alpha_y)
     else:
         density = facets.visible(at.v, at.m, at.v_m) / (4.0 * at.v_m)
     return np.where(at.counts, density, 0.0)
@@ -153,7 +148,7 @@ def transmission_density(facets: Facets, at: Geometry, eta: Array) -> Array:
 def sample_reflection(facets: Facets, v: Array, u: Array) -> Array:
     """Directions with `reflection_density`, (3, m); 0 where they go below the surface."""
     if facets.has_bound:
-        m = ggx.sample_bounded(v, u[0], u[1], facets.alpha_x, facets.alpha_y)
+        m = ggx.sample_bounded(v, u[0], u[1], facets.rough.alpha_x, facets.rough.alpha_y)
     else:
         m, _ = facets.sample(v, u)
     return reflect(v, m)

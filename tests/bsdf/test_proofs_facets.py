@@ -11,7 +11,7 @@ import pytest
 from scipy import integrate, special
 
 from mrm_mtlx.bsdf import beckmann, ggx, phong, slopes
-from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
+from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,7 +66,7 @@ def furnace_departure(
     """Relative departure of the visible projected area, integral of D G1 <w.m>, from n.w (seed 001's eq. 3)."""
     at = seen_facets(w, *widths, nodes=NODES)
     seen = DISTRIBUTIONS[name].distribution(*at.m.T, *widths) * (at.m @ w) * at.facet_angle / w[2]
-    each = [seen @ g.masking(DISTRIBUTIONS[name], w[:, None], at.m.T, *widths) for g in candidates]
+    each = [seen @ g.masking(Rough(DISTRIBUTIONS[name], *widths), w[:, None], at.m.T) for g in candidates]
     return np.abs(np.array(each) - 1.0)
 
 
@@ -87,8 +87,9 @@ class Borrowed:
     other: Distribution
     exchanged: bool = False
 
-    def masking(self, _: Distribution, w: Array, m: Array, *widths: float) -> Array:
-        return (w[:, 0] @ m > 0.0) / (1.0 + self.other.smith_lambda(*w, *widths[:: -1 if self.exchanged else 1]))
+    def masking(self, rough: Rough, w: Array, m: Array) -> Array:
+        widths = (rough.alpha_x, rough.alpha_y)[:: -1 if self.exchanged else 1]
+        return (w[:, 0] @ m > 0.0) / (1.0 + Rough(self.other, *widths).smith_lambda(w))
 
 
 # "smith_separable" masks one direction as "smith" does.
@@ -124,7 +125,8 @@ def test_masking_is_a_share_and_both_together_leave_less(rng, hemisphere, name, 
     v, l, m = (hemisphere(rng, 4000).T for _ in range(3))
     alpha_x, alpha_y = rng.uniform(0.0025, 1.0, (2, 4000))
     down = l * np.array([[1.0], [1.0], [-1.0]])
-    seen = part.masking(facets, v, m, alpha_x, alpha_y)
+    rough = Rough(facets, alpha_x, alpha_y)
+    seen = part.masking(rough, v, m)
     assert np.all((seen >= 0.0) & (seen <= 1.0))
     assert np.ptp(seen[np.sum(v * m, axis=0) > 0.0]) > MOST  # not a constant
     assert not np.any(seen[np.sum(v * m, axis=0) <= 0.0])
@@ -132,8 +134,8 @@ def test_masking_is_a_share_and_both_together_leave_less(rng, hemisphere, name, 
         facing = (np.sum(v * m, axis=0) > 0.0) & ((np.sum(actual * m, axis=0) < 0.0) == transmitted)
         # From below, a facet is seen from the mirrored side: its normal is -m, mirrored upwards.
         lit_normal = np.where(transmitted, m * np.array([[-1.0], [-1.0], [1.0]]), m)
-        lit = part.masking(facets, l, lit_normal, alpha_x, alpha_y)
-        both = part.masking_shadowing(facets, v, l, m, alpha_x, alpha_y, transmitted=transmitted)[facing]
+        lit = part.masking(rough, l, lit_normal)
+        both = part.masking_shadowing(rough, v, l, m, transmitted=transmitted)[facing]
         least, bound = both.min(), np.minimum(seen, lit)[facing]
         assert least >= 0.0
         # A dozen roundings on each side; a cosine is off by that, absolute.
@@ -163,7 +165,7 @@ def test_transmission_through_correlated_heights_is_eulers_integral(rng):
     for lambda_v, lambda_l in rng.uniform(0.0, 3.0, (6, 2)):
         expected, _ = integrate.quad(lambda h, a=lambda_v, b=lambda_l: h**a * (1.0 - h) ** b, 0.0, 1.0, epsabs=1e-12)
 
-        arguments = Fixed(lambda_v, lambda_l), view(0.8, 0.0), view(0.8, np.pi), view(1.0), 1.0, 1.0
+        arguments = Rough(Fixed(lambda_v, lambda_l), 1.0, 1.0), view(0.8, 0.0), view(0.8, np.pi), view(1.0)
         found = MASKINGS["smith"].masking_shadowing(*arguments, transmitted=True)
         assert found == pytest.approx(expected, abs=1e-10)  # of the adaptive quadrature, ten times
         assert MASKINGS["smith"].masking_shadowing(*arguments, transmitted=False) != pytest.approx(expected, abs=1e-3)
@@ -261,7 +263,7 @@ def test_v_cavities_choose_between_a_facet_and_its_image_as_they_are_seen(rng, n
     facets, cavity, widths = DISTRIBUTIONS[name], MASKINGS["v_cavity"], (0.6, 0.3)
     u = rng.random((3, 4000))
     v = np.broadcast_to(view(0.3)[:, None], u.shape)
-    m, rest = cavity.sample_visible(facets, v, u, *widths)
+    m, rest = cavity.sample_visible(Rough(facets, *widths), v, u)
     drawn = facets.sample_normal(u[0], u[1], *widths)
     image = drawn * np.array([[-1.0], [-1.0], [1.0]])
     here, there = (np.maximum(np.sum(v * x, axis=0), 0.0) for x in (drawn, image))
@@ -274,7 +276,7 @@ def test_v_cavities_choose_between_a_facet_and_its_image_as_they_are_seen(rng, n
     # D mz is that of either; together they make the density of what is seen, G1 <v.m> D / (n.v) = 2 mz D share.
     kept = np.sum(v * m, axis=0)
     share_of_kept = kept / (kept + np.maximum(2.0 * v[2] * m[2] - kept, 0.0))
-    expected = cavity.masking(facets, v, m, *widths) * kept / v[2]
+    expected = cavity.masking(Rough(facets, *widths), v, m) * kept / v[2]
     np.testing.assert_allclose(2.0 * m[2] * share_of_kept, expected, rtol=64 * EPS)
     assert np.mean(np.abs(m[2] / expected - 1.0) > PLANTED) > MOST
 
@@ -327,7 +329,7 @@ def test_at_the_ends_of_all_ranges_facets_are_unit_and_finite(name, widths):
         for azimuth in (0.7, 0.5 * np.pi):
             v = np.broadcast_to(view(cosine, azimuth)[:, None], u.shape)
             for masking in MASKINGS.values():
-                m, rest = masking.sample_visible(facets, v, u, np.asarray(widths[0]), np.asarray(widths[1]))
+                m, rest = masking.sample_visible(Rough(facets, *map(np.asarray, widths)), v, u)
                 np.testing.assert_allclose(np.linalg.norm(m, axis=0), 1.0, rtol=8 * EPS)
                 assert np.all(m[2] >= 0.0)
                 # A facet at the edge of what is seen is off by a rounding in the stretched frame.

@@ -19,7 +19,7 @@ from mrm_mtlx.bsdf import (
     mirror,
     partially_retroreflective,
 )
-from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
+from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough
 from mrm_mtlx.bsdf.vectors import components, normalize
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def test_densities_and_lost_samples_make_one(seen_facets, distribution, masking)
                 # Facets that send light nowhere, in proportion to how they are seen.
                 lost = at.solid_angle == 0.0
                 m, angle = at.m[lost], at.facet_angle[lost]
-                g1 = MASKINGS[masking].masking(DISTRIBUTIONS[distribution], w[:, None], m.T, *alpha)
+                g1 = MASKINGS[masking].masking(Rough(DISTRIBUTIONS[distribution], *alpha), w[:, None], m.T)
                 missing = float(np.sum(g1 * DISTRIBUTIONS[distribution].distribution(*m.T, *alpha) * (m @ w) * angle))
                 assert abs(found + missing / w[2] - 1.0) < MASS_TOL
                 assert found > 0.3

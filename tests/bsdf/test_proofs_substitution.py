@@ -21,7 +21,7 @@ from mrm_mtlx.bsdf import (
     mirror,
     partially_retroreflective,
 )
-from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
+from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough
 from mrm_mtlx.bsdf.microfacet import refracting
 from mrm_mtlx.bsdf.vectors import dot, normalize
 
@@ -143,7 +143,7 @@ def test_densities_are_those_of_facets_times_the_jacobian(rng, scattered_pairs, 
         m = facet(l) * sign
         w = turned * sign
         widths = lobe.alpha
-        g1 = MASKINGS[masking].masking(DISTRIBUTIONS[distribution], w.T, m.T, *widths)
+        g1 = MASKINGS[masking].masking(Rough(DISTRIBUTIONS[distribution], *widths), w.T, m.T)
         visible = g1 * np.abs(dot(w, m)) * DISTRIBUTIONS[distribution].distribution(*m.T, *widths) / w[:, 2]
         measured = measured_jacobian(facet, l)
         far = np.linalg.norm(turned + (1.0 if mode == "R" else eta[:, None]) * l, axis=-1) > 0.1
@@ -194,15 +194,15 @@ def test_the_facet_of_a_transmission_is_mirrored_under_the_swap(rng, scattered_p
 @by_distribution
 @by_masking
 def test_masking_is_the_same_on_the_swapped_path(rng, hemisphere, distribution, masking):
-    part, facets = MASKINGS[masking], DISTRIBUTIONS[distribution]
+    part, rough = MASKINGS[masking], Rough(DISTRIBUTIONS[distribution], 0.4, 0.1)
     v, l = hemisphere(rng, 1000), hemisphere(rng, 1000)
     b = back_vector(v, l)
     # Exactly (eq. 14 and 15): squares and products of two changed signs.
-    there, back = (part.masking(facets, w.T, m.T, 0.4, 0.1) for w, m in ((mirror(v), b), (v, mirror(b))))
+    there, back = (part.masking(rough, w.T, m.T) for w, m in ((mirror(v), b), (v, mirror(b))))
     assert np.array_equal(there, back)
     assert np.ptp(there) > MOST
     if masking == "v_cavity":
-        assert np.max(np.abs(part.masking(facets, v.T, b.T, 0.4, 0.1) - there)) > 0.1
+        assert np.max(np.abs(part.masking(rough, v.T, b.T) - there)) > 0.1
 
 
 # Reciprocity (eq. 11, 16 and 17) --------------------------------------------------------------------------------------
