@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from mrm_mtlx.photometry.documents import surface_brdf
 from mrm_mtlx.plots.curves import Curve, directions, luminance, view_angles
-from mrm_mtlx.reference import ShadingPoints
 
 if TYPE_CHECKING:
     from mrm_mtlx.reference import Surface
-
-# Where on a texture: its middle. What varies over the surface is plotted as it is there.
-TEXCOORD = (0.5, 0.5)
 
 
 def surface_curve(name: str, variant: str, surface: Surface, theta_l: float, azimuth: float = 0.0) -> Curve:
@@ -32,18 +27,9 @@ def surface_curve(name: str, variant: str, surface: Surface, theta_l: float, azi
         If the surface has no finite value for one of the directions.
     """
     theta_v, light = view_angles(theta_l), directions(theta_l)
-    count = len(theta_v)
-    points = ShadingPoints(
-        view=directions(theta_v, azimuth),
-        light=light,
-        normal=np.tile([0.0, 0.0, 1.0], (count, 1)),
-        tangent=np.tile([1.0, 0.0, 0.0], (count, 1)),
-        position=np.zeros((count, 3)),
-        texcoord=np.tile(TEXCOORD, (count, 1)),
-    )
-    value = luminance(surface.response(points)) / light[2]
-    if not np.all(np.isfinite(value)):
-        where = np.rad2deg(theta_v[~np.isfinite(value)][0])
-        msg = f"{name} has no finite value at the view angle {where:.1f} degrees"
-        raise ValueError(msg)
+    try:
+        value = luminance(surface_brdf(surface)(directions(theta_v, azimuth), light))
+    except ValueError as error:
+        msg = f"{name} has {error}"
+        raise ValueError(msg) from error
     return Curve(name, variant, theta_l, theta_v, value)

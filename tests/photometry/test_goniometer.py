@@ -9,7 +9,7 @@ from mrm_mtlx.bsdf.vectors import dot
 from mrm_mtlx.photometry import goniometer
 
 COUNT = 2000
-# Absolute [rad] or of components. Some ten roundings of 1.1e-16 in numbers up to 1, and as many in what they are held to.
+# Absolute [rad] or of components: some ten roundings of 1.1e-16 in numbers up to 1, here and in what is expected.
 TOLERANCE = 4e-15
 
 
