@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.reference import Surface
+    from mrm_mtlx.validation.drawing import DocumentImages
 
 
 class OpenDocument(NamedTuple):
@@ -63,3 +65,43 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         raise typer.Exit(3)
     chosen = [e for e, name in zip(elements, names, strict=True) if element in (None, name)]
     return OpenDocument(document, chosen)
+
+
+class OpenSurface(NamedTuple):
+    """A surface of a document, ready to be evaluated, and the images that it reads then."""
+
+    name: str
+    surface: Surface
+    images: DocumentImages
+
+    def refuse_missing_images(self) -> None:
+        """Raise typer.Exit with status 1, and the findings on stderr, if an image could not be read."""
+        for problem in self.images.findings:
+            typer.echo(printable(f"{problem.severity} {problem.code} {problem.location}: {problem.message}"), err=True)
+        if self.images.findings:
+            raise typer.Exit(1)
+
+
+def open_surfaces(path: Path, element: str | None) -> list[OpenSurface]:
+    """The surfaces of a document, or the one that is named.
+
+    Raises
+    ------
+    typer.BadParameter, typer.Exit
+        As `open_document`; Exit also with 3, if the reference does not know what a surface uses.
+    """
+    from mrm_mtlx.library import load_library
+    from mrm_mtlx.reference import Surface, UnsupportedError
+    from mrm_mtlx.validation.drawing import DocumentImages
+
+    found = []
+    opened = open_document(path, load_library(), element)
+    for renderable in opened.elements:
+        name = renderable.getNamePath()
+        images = DocumentImages(path.parent, path.parent, f"/{name}")
+        try:
+            found.append(OpenSurface(name, Surface(renderable, images=images), images))
+        except (UnsupportedError, RecursionError) as error:
+            typer.echo(f"mrm: /{name} has no reference: {error}", err=True)
+            raise typer.Exit(3) from error
+    return found

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mrm_mtlx.cli.options import printable
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -143,7 +141,7 @@ def plot(
         _write_figures(figure, output, measured)
         return
     _refuse({"measured": measured}, "only with --figure 4, which has measured points")
-    _check_output(output)
+    check_output(output)
     lights, turned = light or [DEFAULT_LIGHT_DEG], azimuth or 0.0
     _check_view(lights, turned)
     if path is not None:
@@ -168,15 +166,16 @@ def _refuse(options: Mapping[str, Any], why: str) -> None:
             raise typer.BadParameter(why, param_hint=name if name.isupper() else f"--{name}")
 
 
-def _check_output(output: Path) -> None:
+def check_output(output: Path, option: str = "--output") -> None:
+    """Refuse a picture whose name or folder will not do, before anything is evaluated."""
     from mrm_mtlx.plots.style import SUFFIXES
 
     if output.suffix.lower() not in SUFFIXES:
         expected = f"expected a name that ends in {', '.join(SUFFIXES)}"
-        raise typer.BadParameter(f"{output}: {expected}", param_hint="--output")
+        raise typer.BadParameter(f"{output}: {expected}", param_hint=option)
     if not output.parent.is_dir():
         message = f"{output} cannot be written: the folder {output.parent} does not exist"
-        raise typer.BadParameter(message, param_hint="--output")
+        raise typer.BadParameter(message, param_hint=option)
 
 
 def _check_view(lights: list[float], azimuth: float) -> None:
@@ -199,36 +198,24 @@ def _variant(light: float) -> str:
 
 def _of_document(path: Path, element: str | None, lights: list[float], azimuth: float) -> list[Curve]:
     """A curve per surface and light."""
-    from mrm_mtlx.cli.documents import open_document
-    from mrm_mtlx.library import load_library
+    from mrm_mtlx.cli.documents import open_surfaces
     from mrm_mtlx.plots.documents import surface_curve
     from mrm_mtlx.plots.style import MAXIMUM_NAMES
-    from mrm_mtlx.reference import Surface, UnsupportedError
-    from mrm_mtlx.validation.drawing import DocumentImages
 
-    opened = open_document(path, load_library(), element)
-    if len(opened.elements) > MAXIMUM_NAMES:
-        found = f"{path} has {len(opened.elements)} surfaces, of which {MAXIMUM_NAMES} can be told apart in a picture"
+    surfaces = open_surfaces(path, element)
+    if len(surfaces) > MAXIMUM_NAMES:
+        found = f"{path} has {len(surfaces)} surfaces, of which {MAXIMUM_NAMES} can be told apart in a picture"
         raise typer.BadParameter(f"{found}; choose one with --element", param_hint="PATH")
     curves = []
-    for renderable in opened.elements:
-        name = renderable.getNamePath()
-        images = DocumentImages(path.parent, path.parent, f"/{name}")
-        try:
-            surface = Surface(renderable, images=images)
-        except (UnsupportedError, RecursionError) as error:
-            typer.echo(f"mrm: /{name} has no reference: {error}", err=True)
-            raise typer.Exit(3) from error
+    for opened in surfaces:
         try:
             for angle in dict.fromkeys(lights):
                 where = (math.radians(angle), math.radians(azimuth))
-                curves.append(surface_curve(name, _variant(angle), surface, *where))
+                curves.append(surface_curve(opened.name, _variant(angle), opened.surface, *where))
         except ValueError as error:
             typer.echo(f"mrm: {error}", err=True)
             raise typer.Exit(3) from error
-        for problem in images.findings:
-            typer.echo(printable(f"{problem.severity} {problem.code} {problem.location}: {problem.message}"), err=True)
-            raise typer.Exit(1)
+        opened.refuse_missing_images()
     return curves
 
 
@@ -271,7 +258,7 @@ def _numbers(name: str, text: str) -> float | tuple[float, ...]:
 def _write_figures(figure: FigureName, output: Path, measured: Path | None) -> None:
     """One figure to a file, or all as SVG to a folder, which is made."""
     if figure is not FigureName.ALL:
-        _check_output(output)
+        check_output(output)
         files = {figure: output}
     else:
         if output.suffix:

@@ -14,7 +14,9 @@ import pytest
 
 from mrm_mtlx import __version__
 
-COMMANDS = ("validate", "conformance", "generate", "render", "plot", "vectors", "rules", "doctor", "library")
+COMMANDS = (
+    "validate", "conformance", "generate", "render", "plot", "photometry", "vectors", "rules", "doctor", "library"
+)  # fmt: skip
 
 # Packages that take a tenth of a second and more to import, or need a driver.
 HEAVY = ("MaterialX", "numpy", "rich", "moderngl", "OpenImageIO", "pebble", "slangpy", "scipy", "matplotlib")

@@ -1,0 +1,305 @@
+"""What a surface measures in the geometries of a class, beside the minima and colour boxes: plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.photometry import color, goniometer
+from mrm_mtlx.photometry.coefficients import (
+    MARKING_ENTRANCE,
+    MARKING_OBSERVATION,
+    coefficient,
+    r_l,
+    retroreflected_fraction,
+)
+from mrm_mtlx.photometry.standards import boxes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.photometry.coefficients import Brdf
+    from mrm_mtlx.photometry.standards import Box, Limit
+
+# Geometries where no class is asked for [degrees]: those of the classes, along the normal, and beyond them.
+OBSERVATIONS_DEG = (0.1, 0.2, 0.33, 0.5, 1.0, 2.0)
+ENTRANCES_DEG = (-4.0, 0.0, 5.0, 30.0, 45.0, 60.0)
+# Square feet in a square metre: 1 fc = 10.76 lx.
+_LUX_PER_FOOTCANDLE = 0.3048**-2
+# A mirror does not reach the receiver at this entrance angle [degrees], where the returned share is taken.
+RETURNED_ENTRANCE_DEG = 5.0
+# Colours of reflectors under the names of the boxes.
+_BOX_COLOURS = {"clear": "white", "amber": "yellow"}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a surface is measured.
+
+    Attributes
+    ----------
+    rotations_deg
+        Rotations epsilon, over which values are averaged; ASTM D4956 has 0 and 90 degrees.
+    source_aperture_deg, receiver_aperture_deg
+        Diameters of the discs [degrees].
+    method
+        Of `color.METHODS`.
+    area_cm2
+        Of the reflector, for intensities R_I.
+    radius_cm
+        Inner radius of the strip, for R_I/r.
+    """
+
+    rotations_deg: tuple[float, ...] = (0.0, 90.0)
+    source_aperture_deg: float = 0.0
+    receiver_aperture_deg: float = 0.0
+    method: str = "spectral"
+    area_cm2: float | None = None
+    radius_cm: float | None = None
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A value in one geometry, and the minimum it is held to, if any."""
+
+    observation_deg: float
+    entrance_deg: float
+    beta1_deg: float
+    beta2_deg: float
+    quantity: str
+    unit: str
+    value: float
+    minimum: float | None = None
+
+    @property
+    def met(self) -> bool:
+        """Whether the value is no less than the minimum; true without one."""
+        return self.minimum is None or self.value >= self.minimum
+
+
+@dataclass(frozen=True)
+class Chromaticity:
+    """Colour of a surface in one geometry, and the box it is held to.
+
+    Attributes
+    ----------
+    illuminant, observation_deg, beta1_deg
+        Its geometry.
+    x, y
+        CIE 1931; NaN where the surface is black.
+    factor
+        Luminance factor pi f, 1 for a perfect diffuser.
+    box, margin
+        The box, and the distance to its nearest edge, negative outside; None where there is none.
+    counts
+        Whether the box belongs to the standard that was asked for; else it is a yardstick.
+    """
+
+    illuminant: str
+    observation_deg: float
+    beta1_deg: float
+    x: float
+    y: float
+    factor: float
+    box: Box | None
+    margin: float | None
+    counts: bool
+
+    @property
+    def met(self) -> bool:
+        """Whether the colour is in the box, where that counts."""
+        return not self.counts or self.margin is None or self.margin >= 0.0
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a surface measures.
+
+    Attributes
+    ----------
+    cells
+        A value per geometry.
+    colors
+        By day and at night.
+    returned
+        Share of the luminous flux that comes back within `coefficients.WITHIN` at entrance `RETURNED_ENTRANCE_DEG`.
+    """
+
+    cells: list[Cell]
+    colors: list[Chromaticity]
+    returned: float
+
+    @property
+    def met(self) -> bool:
+        """Whether every minimum and every box that counts is met."""
+        return all(cell.met for cell in self.cells) and all(color.met for color in self.colors)
+
+
+def measure(
+    brdf: Brdf,
+    limits: Sequence[Limit],
+    settings: Settings,
+    observations_deg: Sequence[float] = OBSERVATIONS_DEG,
+    entrances_deg: Sequence[float] = ENTRANCES_DEG,
+) -> Report:
+    """Measure a surface in the geometries of a class, or in a grid and that of road markings where there is none.
+
+    Parameters
+    ----------
+    brdf
+        Of linear Rec.709 channels.
+    limits
+        The minima of one class, or none.
+    settings
+        How.
+    observations_deg, entrances_deg
+        The grid.
+
+    Raises
+    ------
+    ValueError
+        If a quantity needs a size that the settings do not have, or the surface has no finite value somewhere.
+    """
+    cells = _against(brdf, limits, settings) if limits else _grid(brdf, settings, observations_deg, entrances_deg)
+    returned = _averaged(
+        lambda epsilon: retroreflected_fraction(brdf, np.deg2rad(RETURNED_ENTRANCE_DEG), 0.0, epsilon), settings
+    )
+    return Report(cells, _colors(brdf, limits, settings), float(color.luminance(returned, "A", settings.method)))
+
+
+def values(
+    brdf: Brdf,
+    quantity: str,
+    unit: str,
+    observation: ArrayLike,
+    beta1: ArrayLike,
+    beta2: ArrayLike,
+    settings: Settings,
+) -> Array:
+    """A quantity of the standards, in its unit, under illuminant A; angles [rad], shape (...) -> (...).
+
+    R_I = R_A A, and 1 cd/fc = 10.76 cd/lx.
+
+    Raises
+    ------
+    ValueError
+        If the size that the quantity needs is not known.
+    """
+    function = r_l if quantity == "R_L" else coefficient
+    discs = {
+        "source_aperture": float(np.deg2rad(settings.source_aperture_deg)),
+        "receiver_aperture": float(np.deg2rad(settings.receiver_aperture_deg)),
+    }
+    found = _averaged(lambda epsilon: function(brdf, observation, beta1, beta2, epsilon, **discs), settings)
+    return color.luminance(found, "A", settings.method) * _scale(quantity, unit, settings)
+
+
+def check_sizes(limits: Sequence[Limit], settings: Settings) -> None:
+    """Raise ValueError if a minimum needs a size that the settings lack, or none needs one that they have."""
+    quantities = {limit.quantity for limit in limits}
+    for limit in limits:
+        _scale(limit.quantity, limit.unit, settings)
+    if settings.area_cm2 is not None and not quantities & {"R_I", "R_I/r"}:
+        msg = "an area is for limits of intensity (R_I); R_A and R_L are of the material, whatever its size"
+        raise ValueError(msg)
+    if settings.radius_cm is not None and "R_I/r" not in quantities:
+        msg = "a radius is for strips on tyres and rims (R_I/r) alone"
+        raise ValueError(msg)
+
+
+def _scale(quantity: str, unit: str, settings: Settings) -> float:
+    """What R_A or R_L is multiplied with."""
+    if quantity in ("R_A", "R_L"):
+        return 1.0
+    if settings.area_cm2 is None:
+        msg = f"{quantity} [{unit}] is of a whole reflector: give its area, --area CM2"
+        raise ValueError(msg)
+    area = 1e-4 * settings.area_cm2
+    if quantity == "R_I":
+        return area * (1000.0 if unit == "mcd/lx" else _LUX_PER_FOOTCANDLE)
+    if settings.radius_cm is None:
+        msg = f"{quantity} [{unit}] is of a whole strip over its inner radius: give that, --radius CM"
+        raise ValueError(msg)
+    return area / (0.01 * settings.radius_cm)
+
+
+def _averaged(function: Callable[[float], Array], settings: Settings) -> Array:
+    found = [np.asarray(function(epsilon)) for epsilon in np.deg2rad(settings.rotations_deg)]
+    return np.asarray(np.mean(found, axis=0))
+
+
+def _against(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Cell]:
+    geometries = [(limit.observation_deg, limit.beta1_deg, limit.beta2_deg) for limit in limits]
+    observation, beta1, beta2 = np.deg2rad(geometries).T
+    found = np.empty(len(limits))
+    for kind in dict.fromkeys((limit.quantity, limit.unit) for limit in limits):
+        chosen = [i for i, limit in enumerate(limits) if (limit.quantity, limit.unit) == kind]
+        found[chosen] = values(brdf, *kind, observation[chosen], beta1[chosen], beta2[chosen], settings)
+    return [
+        Cell(
+            limit.observation_deg,
+            limit.entrance_deg,
+            limit.beta1_deg,
+            limit.beta2_deg,
+            limit.quantity,
+            limit.unit,
+            float(value),
+            limit.minimum,
+        )
+        for limit, value in zip(limits, found, strict=True)
+    ]
+
+
+def _grid(brdf: Brdf, settings: Settings, observations: Sequence[float], entrances: Sequence[float]) -> list[Cell]:
+    geometries = [(observation, entrance) for observation in observations for entrance in entrances]
+    angles = np.deg2rad(geometries)
+    found = values(brdf, "R_A", "cd/lx/m2", angles[:, 0], angles[:, 1], 0.0, settings)
+    cells = [
+        Cell(observation, entrance, entrance, 0.0, "R_A", "cd/lx/m2", float(value))
+        for (observation, entrance), value in zip(geometries, found, strict=True)
+    ]
+    marking = values(brdf, "R_L", "mcd/lx/m2", MARKING_OBSERVATION, MARKING_ENTRANCE, 0.0, settings)
+    observation, entrance = (round(float(np.rad2deg(a)), 6) for a in (MARKING_OBSERVATION, MARKING_ENTRANCE))
+    return [*cells, Cell(observation, entrance, entrance, 0.0, "R_L", "mcd/lx/m2", float(marking))]
+
+
+def _colors(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Chromaticity]:
+    return [_color(brdf, _candidates(illuminant, limits), limits, settings) for illuminant in ("D65", "A")]
+
+
+def _candidates(illuminant: str, limits: Sequence[Limit]) -> list[Box]:
+    """Boxes for what the class is made of: those of its own standard, or of sheeting or pavement markings."""
+    there = [box for box in boxes() if box.illuminant == illuminant]
+    own = [box for box in there if limits and box.standard == limits[0].standard]
+    subject = "pavement marking" if limits and limits[0].quantity == "R_L" else "sheeting"
+    return own or [box for box in there if box.subject == subject]
+
+
+def _color(brdf: Brdf, candidates: list[Box], limits: Sequence[Limit], settings: Settings) -> Chromaticity:
+    """The colour in the geometry of the boxes, against that of the class's colour, or else the one that fits best."""
+    first = candidates[0]  # they share illuminant and geometry
+    observation, beta1 = np.deg2rad([first.observation_deg, first.beta1_deg])
+    f = _averaged(lambda epsilon: brdf(*goniometer.directions(observation, beta1, 0.0, epsilon)), settings)
+    x, y = (float(value) for value in color.chromaticity(f, first.illuminant, settings.method))
+    wanted = limits[0].colour if limits else ""
+    wanted = _BOX_COLOURS.get(wanted, wanted)
+    named = [box for box in candidates if box.colour == wanted]
+    fitting = named or ([] if wanted not in ("", "unspecified") else candidates)
+    margins = {box: box.margin(x, y) for box in fitting if np.isfinite(x)}
+    best = max(margins, key=lambda box: margins[box], default=None)
+    return Chromaticity(
+        first.illuminant,
+        first.observation_deg,
+        first.beta1_deg,
+        x,
+        y,
+        float(np.pi * color.luminance(f, first.illuminant, settings.method)),
+        best,
+        None if best is None else margins[best],
+        best is not None and bool(limits) and best.standard == limits[0].standard,
+    )
