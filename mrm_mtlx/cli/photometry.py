@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from mrm_mtlx.cli.options import Output, TableFormat, printable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mrm_mtlx.cli.documents import OpenSurface
+    from mrm_mtlx.photometry.coefficients import Brdf
+    from mrm_mtlx.photometry.forms import DocumentReport
     from mrm_mtlx.photometry.report import Report, Settings
     from mrm_mtlx.photometry.standards import Limit
 
@@ -203,77 +206,80 @@ class _Run:
     """The documents of one call: what was measured, and what could not be."""
 
     def __init__(self, limits: list[Limit], settings: Settings, grid: tuple[Sequence[float], Sequence[float]]) -> None:
-        self._limits, self._settings, self._observations, self._entrances = limits, settings, *grid
-        self._reports: dict[str, dict[str, Report]] = {}
-        self._brdfs: list[tuple[str, Any]] = []
-        self._errors: dict[str, int] = {}
+        self._limits, self._settings, self._grid = limits, settings, grid
+        self._documents: list[DocumentReport] = []
+        self._brdfs: list[tuple[str, Brdf]] = []
 
     def document(self, path: Path, element: str | None) -> None:
         """Measure the surfaces of a document. What is wrong with it goes to stderr, and the next one is taken."""
         from mrm_mtlx.cli.documents import open_surfaces
-        from mrm_mtlx.photometry import surface_brdf
-        from mrm_mtlx.photometry.report import measure
+        from mrm_mtlx.photometry.forms import DocumentReport
         from mrm_mtlx.validation.runner import shown
 
-        name = shown(path)
-        self._reports[name] = {}
+        found = DocumentReport(shown(path))
+        self._documents.append(found)
         try:
             for opened in open_surfaces(path, element):
-                brdf = surface_brdf(opened.surface)
-                grid = (self._observations, self._entrances)
-                try:
-                    report = measure(brdf, self._limits, self._settings, *grid)
-                except ValueError as error:
-                    typer.echo(f"mrm: /{opened.name} has {error}", err=True)
-                    raise typer.Exit(1) from error
-                opened.refuse_missing_images()
-                self._reports[name][opened.name] = report
-                self._brdfs.append((opened.name, brdf))
+                found.surfaces[opened.name] = self._measured(opened)
         except typer.Exit as stopped:
-            typer.echo(f"mrm: {printable(name)} is not measured", err=True)
-            self._errors[name] = stopped.exit_code
+            found.surfaces.clear()
+            found.status = stopped.exit_code
+            typer.echo(f"mrm: {printable(found.path)} is not measured", err=True)
+
+    def _measured(self, opened: OpenSurface) -> Report:
+        from mrm_mtlx.photometry import surface_brdf
+        from mrm_mtlx.photometry.report import measure
+
+        brdf = surface_brdf(opened.surface)
+        try:
+            report = measure(brdf, self._limits, self._settings, *self._grid)
+        except ValueError as error:
+            typer.echo(f"mrm: /{printable(opened.name)} has {error}", err=True)
+            raise typer.Exit(1) from error
+        opened.refuse_missing_images()
+        self._brdfs.append((opened.name, brdf))
+        return report
 
     def status(self) -> int:
         """0 all met; 1 a limit that is not, or a document that is wrong; 3 where something could not be measured."""
-        reports = self._all()
-        if 1 in self._errors.values() or not all(report.met for report in reports):
+        reports, wrong = self._reports(), {document.status for document in self._documents} - {0}
+        if 1 in wrong or not all(report.met for report in reports):
             return 1
-        return 3 if self._errors or not reports else 0
+        return 3 if wrong or not reports else 0
 
     def verdict(self) -> str:
         """The last line."""
         from mrm_mtlx.photometry.forms import plural
 
-        reports = self._all()
-        measured = plural(len(reports), "surface")
-        wrong = f", {plural(len(self._errors), 'document')} not measured" if self._errors else ""
+        reports, wrong = self._reports(), sum(document.status != 0 for document in self._documents)
+        measured = plural(len(reports), "surface") + (f", {plural(wrong, 'document')} not measured" if wrong else "")
         if not self._limits:
-            word = {0: "MEASURED", 1: "FAILED", 3: "NOTHING MEASURED"}[self.status()]
-            return f"{word}  {measured}{wrong}; no limits asked for (--list)"
+            word = {0: "MEASURED", 1: "FAILED", 3: "NOT ALL MEASURED"}[self.status()]
+            return f"{word}  {measured}; no limits asked for (--list)"
         cells = [cell for report in reports for cell in report.cells]
         met = sum(cell.met for cell in cells)
         outside = sum(not color.met for report in reports for color in report.colors)
         colors = f", {plural(outside, 'colour')} outside of the standard's box" if outside else ""
         word = {0: "PASSED", 1: "FAILED", 3: "NOT ALL MEASURED"}[self.status()]
-        return f"{word}  {met} of {plural(len(cells), 'limit')} met{colors}, {measured}{wrong}"
+        return f"{word}  {met} of {plural(len(cells), 'limit')} met{colors}, {measured}"
 
     def text(self) -> list[str]:
         """Lines of the text report."""
         from mrm_mtlx.photometry import forms
 
         lines = [*forms.heading(self._limits, self._settings), ""]
-        for path, surfaces in self._reports.items():
-            lines.append(printable(path))
-            for name, report in surfaces.items():
-                lines += [f"  /{printable(name)}", *forms.surface_lines(report), ""]
+        for document in self._documents:
+            lines.append(printable(document.path) + (": not measured" if document.status else ""))
+            for name, report in document.surfaces.items():
+                lines += [f"  /{printable(name)}", *forms.surface_lines(report)]
+            lines.append("")
         return lines
 
     def json(self) -> str:
         """The report by docs/photometry.schema.json."""
         from mrm_mtlx.photometry import forms
 
-        passed = self.status() == 0
-        return forms.to_json(self._reports, list(self._errors), self._limits, self._settings, passed=passed)
+        return forms.to_json(self._documents, self._limits, self._settings, passed=self.status() == 0)
 
     def draw(self, path: Path) -> None:
         """A picture of the one surface."""
@@ -290,5 +296,5 @@ class _Run:
             raise typer.BadParameter(str(error), param_hint="--plot") from error
         typer.echo(f"wrote {path} (/{name})", err=True)
 
-    def _all(self) -> list[Report]:
-        return [report for surfaces in self._reports.values() for report in surfaces.values()]
+    def _reports(self) -> list[Report]:
+        return [report for document in self._documents for report in document.surfaces.values()]

@@ -40,9 +40,9 @@ _XYZ_OF_A = np.array([0.44757 / 0.40745, 1.0, (1.0 - 0.44757 - 0.40745) / 0.4074
 # 5 nm, luminance of white 1. By colour-science, whose import takes seconds: a test makes them again.
 _BASIS_UNDER_A = np.array(
     [
-        [0.65107878, 0.37738897, 0.07002219],
-        [0.32557320, 0.63424809, 0.04017872],
-        [0.00563364, 0.05622251, 0.29396859],
+        [0.651078775448, 0.377388965376, 0.070022189850],
+        [0.325573195166, 0.634248085632, 0.040178719091],
+        [0.005633640365, 0.056222506897, 0.293968589059],
     ]
 )
 
@@ -64,7 +64,7 @@ def to_xyz(illuminant: str = "A", method: str = "spectral") -> Array:
     if illuminant == "D65":
         return _REC709_TO_XYZ.copy()
     if method == "spectral":
-        return _BASIS_UNDER_A.copy()
+        return np.asarray(_BASIS_UNDER_A / np.sum(_BASIS_UNDER_A[1]))  # the basis adds up to 1 within 1e-5
     return np.asarray(_REC709_TO_XYZ * np.linalg.solve(_REC709_TO_XYZ, _XYZ_OF_A))
 
 

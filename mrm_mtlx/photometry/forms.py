@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from mrm_mtlx.photometry.report import RETURNED_ENTRANCE_DEG
 from mrm_mtlx.photometry.standards import MISSING, boxes, classes, limits, notes, standards
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from mrm_mtlx.photometry.report import Cell, Chromaticity, Report, Settings
     from mrm_mtlx.photometry.standards import Limit
@@ -29,16 +29,28 @@ def plural(count: int, name: str) -> str:
     return f"{count} {name}{'' if count == 1 else 's'}"
 
 
-def to_json(
-    documents: Mapping[str, Mapping[str, Report]],
-    not_measured: Sequence[str],
-    limits: Sequence[Limit],
-    settings: Settings,
-    *,
-    passed: bool,
-) -> str:
-    """The report: by path and name of the surface what was measured, and the paths of what was not."""
-    reports = [report for surfaces in documents.values() for report in surfaces.values()]
+@dataclass
+class DocumentReport:
+    """What was measured of a document.
+
+    Attributes
+    ----------
+    path
+        As it is shown.
+    surfaces
+        By name.
+    status
+        Exit status of what went wrong, and was said on stderr; 0 if nothing did.
+    """
+
+    path: str
+    surfaces: dict[str, Report] = field(default_factory=dict)
+    status: int = 0
+
+
+def to_json(documents: Sequence[DocumentReport], limits: Sequence[Limit], settings: Settings, *, passed: bool) -> str:
+    """The report by docs/photometry.schema.json."""
+    reports = [report for document in documents for report in document.surfaces.values()]
     limited = [cell for report in reports for cell in report.cells if cell.minimum is not None]
     content = {
         "schema": SCHEMA,
@@ -51,17 +63,17 @@ def to_json(
         },
         "documents": [
             {
-                "path": path,
-                "measured": path not in not_measured,
-                "surfaces": [_surface_json(name, report, limits) for name, report in surfaces.items()],
+                "path": document.path,
+                "measured": not document.status,
+                "surfaces": [_surface_json(name, report, limits) for name, report in document.surfaces.items()],
             }
-            for path, surfaces in documents.items()
+            for document in documents
         ],
         "summary": {
             "surfaces": len(reports),
             "limits": len(limited),
             "met": sum(cell.met for cell in limited),
-            "not_measured": len(not_measured),
+            "not_measured": sum(document.status != 0 for document in documents),
             "passed": passed,
         },
     }

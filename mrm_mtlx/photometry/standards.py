@@ -179,8 +179,8 @@ def classes(limits: Iterable[Limit] | None = None) -> list[Class]:
 def limits(class_name: str | None = None, colour: str | None = None, *, standard: str | None = None) -> list[Limit]:
     """The minima of one class in one colour.
 
-    Names need not be complete: case, spaces and punctuation do not count, and a part is enough where only one name has
-    it. What is left out may be left out where there is only one.
+    Names need not be complete: case, spaces and punctuation do not count, and the beginning is enough, of the name or
+    of a word in it, where only one name has it. What is left out may be left out where there is only one.
 
     Raises
     ------
@@ -208,8 +208,7 @@ def _chosen(rows: list[Limit], what: str, wanted: str | None, name: Callable[[Li
             return rows
         fitting = names
     else:
-        fitting = [n for n in names if _plain(n) == _plain(wanted)]
-        fitting = fitting or [n for n in names if _plain(wanted) and _plain(wanted) in _plain(n)]
+        fitting = [n for n in names if _plain(n) == _plain(wanted)] or [n for n in names if _begins(n, wanted)]
     if len(fitting) != 1:
         _refuse(what, wanted, rows, name)
     return [row for row in rows if name(row) == fitting[0]]
@@ -224,6 +223,12 @@ def _refuse(what: str, wanted: str | None, rows: list[Limit], name: Callable[[Li
 
 def _plain(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _begins(name: str, wanted: str) -> bool:
+    """Whether the name, or what follows one of its words, begins so: no part of a word is found in the middle."""
+    words = re.findall(r"[a-z0-9]+", name.lower())
+    return bool(_plain(wanted)) and any("".join(words[i:]).startswith(_plain(wanted)) for i in range(len(words)))
 
 
 def _cross(a: Array, b: Array) -> Array:
