@@ -11,7 +11,7 @@ or
 
 Lines that begin with `#` are comments; `# name: ...` names what was measured. The first other line has the names, in
 any order, with commas between; every further line is a sample. `COLUMNS` has the names and their units. A table has
-either BRDF samples (theta_l, theta_v, dphi and values) or coefficients of retroreflection (observation, entrance, value).
+either BRDF samples (theta_l, theta_v, dphi, values) or coefficients of retroreflection (observation, entrance, value).
 """
 
 from __future__ import annotations

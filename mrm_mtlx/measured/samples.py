@@ -1,0 +1,233 @@
+"""What a material is fitted to: directions, what was measured there, and how far off a model is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrm_mtlx.measured.measurement import IN_PLANE, SAME_LIGHT, CoefficientSamples, Measurement
+from mrm_mtlx.photometry import goniometer
+from mrm_mtlx.photometry.color import luminance_weights
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# By residual, the scale at which `soft_l1` turns from squares to absolute values.
+RESIDUALS = {"log": 0.3, "root": 0.1, "linear": 1.0}
+# Added before the logarithm is taken [1/sr]: what is darker counts for little.
+FLOOR = 1e-3
+# Differences of values that should be equal, as a factor, that are still no sign of an error.
+_NOT_RECIPROCAL = 1.25
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Values at directions.
+
+    Attributes
+    ----------
+    name
+        Of what was measured.
+    v, l : shape (samples, 3)
+        Unit, above the surface, in the local frame.
+    factor : shape (samples, 1)
+        What makes the quantity of f: 1, or cos(beta) cos(nu).
+    value : shape (samples, channels)
+        The quantity: f [1/sr], or R_A [cd/(lx m^2)].
+    weights : shape (3,) or None
+        By which the model's channels make the one value, where it is photometric.
+    residual
+        "log": ln(model + floor) - ln(value + floor); "root": the difference of square roots; "linear": of values.
+    floor
+        See `residual`.
+    """
+
+    name: str
+    v: Array
+    l: Array
+    factor: Array
+    value: Array
+    weights: Array | None = None
+    residual: str = "log"
+    floor: float = FLOOR
+
+    def __len__(self) -> int:
+        """The number of samples."""
+        return len(self.value)
+
+    @property
+    def count(self) -> int:
+        """The number of residuals."""
+        return int(self.value.size)
+
+    def chosen(self, where: Array) -> Samples:
+        """Some of the samples, by a mask or by indices."""
+        return replace(self, v=self.v[where], l=self.l[where], factor=self.factor[where], value=self.value[where])
+
+    def modelled(self, f: Array) -> Array:
+        """The quantity of a model's BRDF, (samples, 3, ...) -> (samples, channels, ...)."""
+        if self.weights is not None:
+            f = np.tensordot(f, self.weights, axes=(1, 0))[:, None]
+        else:
+            f = f[:, : self.value.shape[1]]
+        return f * self.factor.reshape(-1, *(1,) * (f.ndim - 1))
+
+    def residuals(self, f: Array) -> Array:
+        """Residuals of a model's BRDF, (samples, 3) -> (count,)."""
+        return np.ravel(self._scaled(self.modelled(f)) - self._scaled(self.value))
+
+    def residuals_with_jacobian(self, f: Array, slopes: Array) -> tuple[Array, Array]:
+        """Residuals, and their derivatives, from those of the BRDF: (samples, 3, numbers) -> (count, numbers)."""
+        modelled = self.modelled(f)
+        if self.residual == "log":
+            scale = 1.0 / (modelled + self.floor)
+        elif self.residual == "root":
+            scale = 0.5 / np.sqrt(np.maximum(modelled, self.floor**2))
+        else:
+            scale = np.ones_like(modelled)
+        jacobian = self.modelled(slopes) * scale[..., None]
+        return self.residuals(f), jacobian.reshape(-1, slopes.shape[-1])
+
+    def _scaled(self, value: Array) -> Array:
+        if self.residual == "log":
+            return np.log(np.maximum(value, 0.0) + self.floor)
+        return np.sqrt(np.maximum(value, 0.0)) if self.residual == "root" else value
+
+
+def from_measurement(
+    measured: Measurement,
+    *,
+    residual: str = "log",
+    largest: float = np.deg2rad(80.0),
+    plane: bool = False,
+    around: float | None = None,
+    cosine: str = "l",
+) -> Samples:
+    """Samples of a measured BRDF.
+
+    Parameters
+    ----------
+    measured
+        With one channel or three.
+    residual
+        A name of `RESIDUALS`.
+    largest
+        Samples with a larger angle of l or v from the normal [rad] are left out: there, errors of the goniometer and
+        edges of the sample show.
+    plane
+        Only the plane of incidence.
+    around
+        Only directions v that are no farther [rad] from l.
+    cosine
+        Whose cosine the file had in its values and its reader divided out: "l", or "v" to read it as that of v.
+
+    Raises
+    ------
+    ValueError
+        If there are other channels, or nothing is left.
+    """
+    if measured.f.shape[1] not in (1, 3):
+        msg = f"{measured.f.shape[1]} channels; a material has one (grey) or three (linear Rec.709)"
+        raise ValueError(msg)
+    v, l = directions(measured)
+    kept = np.maximum(measured.theta_v, measured.theta_l) < min(largest, np.pi / 2 - 1e-3)
+    if plane:
+        kept &= np.abs(measured.theta_v * np.sin(measured.dphi)) <= IN_PLANE
+    if around is not None:
+        kept &= np.linalg.norm(v - l, axis=1) <= 2.0 * np.sin(0.5 * around)
+    if not kept.any():
+        msg = f"none of the {len(measured)} samples is among the directions that are asked for"
+        raise ValueError(msg)
+    f = measured.f * (np.cos(measured.theta_l) / np.cos(measured.theta_v))[:, None] if cosine == "v" else measured.f
+    return Samples(measured.name, v[kept], l[kept], np.ones((int(kept.sum()), 1)), f[kept], residual=residual)
+
+
+def from_coefficients(measured: CoefficientSamples) -> Samples:
+    """Samples of coefficients of retroreflection: luminance under illuminant A, residual ln R_A.
+
+    Raises
+    ------
+    ValueError
+        If a direction is below the horizon.
+    """
+    v, l = goniometer.directions(measured.observation, measured.beta1, measured.beta2)
+    if np.min([v[:, 2], l[:, 2]]) <= 0.0:
+        i = int(np.argmin(np.minimum(v[:, 2], l[:, 2])))
+        place = (
+            f"observation {np.rad2deg(measured.observation[i]):g}, entrance {np.rad2deg(measured.beta1[i]):g} degrees"
+        )
+        msg = f"{place}: a direction is below the surface's horizon"
+        raise ValueError(msg)
+    factor = (v[:, 2] * l[:, 2])[:, None]
+    return Samples(measured.name, v, l, factor, measured.ra[:, None], weights=luminance_weights("A"), floor=0.0)
+
+
+def directions(measured: Measurement) -> tuple[Array, Array]:
+    """Unit vectors v and l, (samples, 3), l at azimuth 0."""
+    sin_v = np.sin(measured.theta_v)
+    v = np.stack([sin_v * np.cos(measured.dphi), sin_v * np.sin(measured.dphi), np.cos(measured.theta_v)], axis=1)
+    l = np.stack([np.sin(measured.theta_l), np.zeros(len(measured)), np.cos(measured.theta_l)], axis=1)
+    return v, l
+
+
+@dataclass(frozen=True)
+class Reciprocity:
+    """How far f(v, l) and f(l, v) are apart, where both were measured.
+
+    `pairs` is how many were found; `factor` the median of their larger over their smaller; `as_view` the same with the
+    cosine of v divided out in the place of that of l.
+    """
+
+    pairs: int
+    factor: float
+    as_view: float
+
+    @property
+    def broken(self) -> bool:
+        """Whether the values differ by more than errors of measurement."""
+        return self.pairs >= 10 and self.factor > _NOT_RECIPROCAL
+
+    @property
+    def by_cosine(self) -> bool:
+        """Whether the other cosine explains most of it."""
+        return self.broken and np.log(self.as_view) < 0.5 * np.log(self.factor)
+
+
+# Samples count as of the same directions if no angle differs by more [rad]: a step of a coarse goniometer.
+_SAME = np.deg2rad(1.0)
+# Lights, of which all pairs are looked at.
+_MAXIMUM_LIGHTS = 12
+
+
+def reciprocity(measured: Measurement) -> Reciprocity:
+    """Compare values with those of exchanged directions, f(v, l) = f(l, v) (Helmholtz)."""
+    lights = measured.lights()
+    lights = lights[:: max(1, -(-len(lights) // _MAXIMUM_LIGHTS))]
+    f, dphi = np.mean(measured.f, axis=1), np.abs(measured.dphi)
+    under = {i: np.flatnonzero(np.abs(measured.theta_l - light) <= SAME_LIGHT) for i, light in enumerate(lights)}
+    logs, cosines = [], []
+    for i, light in enumerate(lights):
+        for k in range(i):
+            there, back = (
+                rows[np.abs(measured.theta_v[rows] - to) <= _SAME]
+                for rows, to in ((under[i], lights[k]), (under[k], light))
+            )
+            for row in there if len(back) else ():
+                nearest = back[np.argmin(np.abs(dphi[back] - dphi[row]))]
+                if abs(dphi[nearest] - dphi[row]) <= _SAME and min(f[row], f[nearest]) > 0.0:
+                    logs.append(np.log(f[row] / f[nearest]))
+                    # The reader's f has 1 / cos(theta_l); exchanging the cosines multiplies by cos l / cos v.
+                    cosines.append(2.0 * np.log(np.cos(light) / np.cos(lights[k])))
+    if not logs:
+        return Reciprocity(0, 1.0, 1.0)
+    found, other = np.array(logs), np.array(logs) + np.array(cosines)
+    return Reciprocity(len(logs), *(float(np.exp(np.median(np.abs(x)))) for x in (found, other)))
+
+
+def joined(parts: Sequence[str]) -> str:
+    """Names with commas and an "and"."""
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
