@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 LAYERS = (
     {"cli"},
     {"plots"},
-    {"validation", "render", "measured"},
+    {"validation", "render", "measured", "interchange"},
     {"photometry"},
     {"engines", "reference"},
     {"shadergen"},

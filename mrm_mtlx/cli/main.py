@@ -9,7 +9,19 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx import __version__
-from mrm_mtlx.cli import conformance, doctor, generate, library, photometry, plot, render, rules, validate, vectors
+from mrm_mtlx.cli import (
+    conformance,
+    convert,
+    doctor,
+    generate,
+    library,
+    photometry,
+    plot,
+    render,
+    rules,
+    validate,
+    vectors,
+)
 
 app = typer.Typer(
     name="mrm",
@@ -21,7 +33,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-for command in (validate, conformance, generate, render, plot, photometry, vectors, rules, doctor, library):
+for command in (validate, conformance, generate, render, plot, photometry, convert, vectors, rules, doctor, library):
     command.register(app)
 
 
