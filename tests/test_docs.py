@@ -20,10 +20,13 @@ PAGES = (
     "docs/comparison.md",
     "docs/model.md",
     "docs/osl.md",
+    "docs/photometry.md",
     "docs/plots.md",
     "docs/reference.md",
     "materials/README.md",
 )
+# The commands of these are run elsewhere, in the process of the tests: a second less each.
+ELSEWHERE = {"docs/photometry.md": "tests/cli/test_photometry.py"}
 
 # How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that
 # suits a test), or a reason in parentheses why it is not run here.
@@ -69,7 +72,7 @@ RUN = {command: told or command for command, told in COMMANDS.items() if told is
 def commands() -> set[str]:
     """Lines of the pages' indented blocks that are commands."""
     found = set()
-    for page in PAGES:
+    for page in sorted(set(PAGES) - set(ELSEWHERE)):
         for line in (REPOSITORY / page).read_text(encoding="utf-8").splitlines():
             if re.match(r"^    (mrm|pip|python|python3|pytest|ruff|mypy)\b", line):
                 found.add(line.strip())
@@ -122,6 +125,18 @@ def test_the_snippet_of_the_reference_runs(capsys: pytest.CaptureFixture[str]) -
     )
     assert min(lit) > 0.8 / 3.2  # more than a white diffuser's 0.8 / pi, by its highlights
     assert 0.5 < min(around) <= max(around) <= 1.0
+
+
+def test_the_snippet_of_photometry_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (REPOSITORY / "docs/photometry.md").read_text(encoding="utf-8")
+    (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(compile(snippet, "photometry.md", "exec"), {})
+    numbers = [float(x) for x in re.findall(r"[\d.]+\d", capsys.readouterr().out)]
+    # At observation 0.2 degrees and entrance -4: 0.1 D / 4 over 250, D = 1 / (pi a^2 (1 + (tan(0.1 deg) / a)^2)^2).
+    assert round(numbers[0], 2) == round(0.1 / (4 * 3.14159 * 0.004**2 * (1 + (0.00174533 / 0.004) ** 2) ** 2) / 250, 2)
+    assert round(numbers[-2], 2) == 6.89
+    # Nearly all of the lobe's tenth comes back within 2 degrees: t^2 / (a^2 + t^2) = 0.950 with t = tan(1 deg).
+    assert round(numbers[-1], 3) == 0.095
 
 
 def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -167,26 +167,32 @@ def retroreflected_fraction(
         msg = f"within must be in (0, pi/2], got {within:g} (in radians)"
         raise ValueError(msg)
     _, l = goniometer.directions(0.0, beta1, beta2, epsilon)
+    depth, solid_angle = _rings(within)
     total = np.zeros(l.shape)
-    edges = np.geomspace(_INNERMOST, within, _PANELS)
-    for inner, outer in zip([0.0, *edges[:-1]], edges, strict=True):
-        v, weight = _ring(l, inner, outer)
+    at_once = max(1, _AT_ONCE // (_AROUND * l[..., 0].size))
+    for start in range(0, len(depth), at_once):
+        part = slice(start, start + at_once)
+        v, weight = _cone(l, depth[part], _AROUND), np.repeat(solid_angle[part] / _AROUND, _AROUND)
         total += np.einsum("k,k...->...", weight, _above(brdf, v, l) * np.maximum(v[..., 2:], 0.0))
     return total
 
 
 # Panels of the cone, graded towards l: a lobe of any width above 1e-4 rad lies over several of them.
-_INNERMOST, _PANELS = 1e-5, 40
-_AROUND = 48
+_INNERMOST, _PANELS = 1e-5, 32
+_AROUND = 32
 
 
-def _ring(l: Array, inner: float, outer: float) -> tuple[Array, Array]:
-    """Directions (k, ..., 3) about l between two angles, and their solid angles."""
+def _rings(within: float) -> tuple[Array, Array]:
+    """Rings of a cone, shape (rings,) each: 1 - cos of their angle, and their solid angle.
+
+    Gauss's rule on each panel in 1 - cos, in which the solid angle is even.
+    """
     node, weight = np.polynomial.legendre.leggauss(_RINGS)
-    # The solid angle is even in 1 - cos, which is written by the half-angle: small angles would lose their digits.
-    low, high = 2.0 * np.sin(0.5 * inner) ** 2, 2.0 * np.sin(0.5 * outer) ** 2
-    depth = low + (high - low) * 0.5 * (1.0 + node)
-    return _cone(l, depth, _AROUND), np.repeat(np.pi * (high - low) * weight / _AROUND, _AROUND)
+    # Written by the half-angle: small angles would lose their digits in 1 - cos.
+    edges = 2.0 * np.sin(0.5 * np.concatenate([[0.0], np.geomspace(_INNERMOST, within, _PANELS)])) ** 2
+    half = 0.5 * np.diff(edges)[:, None]
+    depth, solid_angle = edges[:-1, None] + half * (1.0 + node), 2.0 * np.pi * half * weight
+    return depth.ravel(), solid_angle.ravel()
 
 
 def _cone(l: Array, depth: Array, around: int) -> Array:

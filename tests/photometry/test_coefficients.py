@@ -128,6 +128,17 @@ def test_a_disc_about_the_peak_of_a_lobe_reads_its_mean(source):
     np.testing.assert_allclose(found, np.log1p(2.0 * depth / (2.0 * ALPHA) ** 2) / (2.0 * depth), rtol=CLOSED_FORM)
 
 
+@pytest.mark.parametrize("diameter_deg", [0.05, 0.2])
+def test_a_disc_about_the_peak_of_an_ideal_lobe_reads_its_mean(diameter_deg):
+    """Of D / 4 along the normal, D = a^2 / (pi (a^2 + (1 - a^2) u / 2)^2), over u = 1 - cos(observation) up to d."""
+    aperture = np.deg2rad(diameter_deg)
+    depth = 2.0 * np.sin(0.25 * aperture) ** 2
+    expected = 0.25 / (np.pi * (ALPHA**2 + (1.0 - ALPHA**2) * 0.5 * depth))
+    found = coefficient(ideal_lobe, 0.0, 0.0, receiver_aperture=aperture)
+    np.testing.assert_allclose(found, expected, rtol=CLOSED_FORM)
+    assert coefficient(ideal_lobe, 0.0, 0.0)[0] > 1.001 * expected  # a point reads more
+
+
 def test_a_disc_beside_the_peak_reads_the_mean_of_many_points():
     """Against plain sums over a fine grid of the flat disc."""
     observation, aperture = np.deg2rad(0.2), np.deg2rad(0.2)
