@@ -131,7 +131,7 @@ def _table(cells: list[Cell]) -> list[str]:
         table.append([f"observation {row:g}°", *("" if cell is None else _value(cell) for cell in found)])
     widths = [max(len(line[i]) for line in table) for i in range(len(columns) + 1)]
     return [
-        "    " + "   ".join(text.ljust(width) if not i else text.rjust(width) for i, (text, width) in enumerate(line))
+        ("    " + "   ".join(t.ljust(w) if not i else t.rjust(w) for i, (t, w) in enumerate(line))).rstrip()
         for line in (list(zip(line, widths, strict=True)) for line in table)
     ]
 
