@@ -27,7 +27,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_wheel_carries_the_data(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    for folder in ("libraries", "materials"):
+    for folder in ("libraries", "materials", "materials_classes"):
         files = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / folder).rglob("*") if p.is_file()}
         assert {f"mrm_mtlx/data/{name}" for name in files} <= names
     assert "mrm_mtlx/py.typed" in names

@@ -19,12 +19,18 @@ def register(app: typer.Typer) -> None:
 def show(
     context: typer.Context,
     materials: Annotated[bool, typer.Option("--materials", help="Print the folder of the ready materials.")] = False,
+    classes: Annotated[
+        bool, typer.Option("--classes", help="Print the folder of the materials that meet classes of standards.")
+    ] = False,
 ) -> None:
     """Print the folder of the node library: a search path for MaterialX hosts."""
     if context.invoked_subcommand is None:
-        from mrm_mtlx.library.paths import materials_folder, node_library_folder
+        from mrm_mtlx.library import paths
 
-        typer.echo(materials_folder() if materials else node_library_folder())
+        if materials and classes:
+            raise typer.BadParameter("not with --materials", param_hint="--classes")
+        chosen = paths.materials_folder if materials else paths.class_materials_folder if classes else None
+        typer.echo((chosen or paths.node_library_folder)())
 
 
 def install(

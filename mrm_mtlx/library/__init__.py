@@ -1,11 +1,12 @@
 """The data libraries: where the node library lies, and how it is loaded before the standard one."""
 
 from mrm_mtlx.library.load import DataLibrary, Origin, load_library, materialx_version
-from mrm_mtlx.library.paths import install_library, materials_folder, node_library_folder
+from mrm_mtlx.library.paths import class_materials_folder, install_library, materials_folder, node_library_folder
 
 __all__ = [
     "DataLibrary",
     "Origin",
+    "class_materials_folder",
     "install_library",
     "load_library",
     "materials_folder",

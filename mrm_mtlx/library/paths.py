@@ -26,6 +26,11 @@ def materials_folder() -> Path:
     return _data_folder("materials")
 
 
+def class_materials_folder() -> Path:
+    """Folder of the materials of known performance, one for each class of a standard."""
+    return _data_folder("materials_classes")
+
+
 def install_library(destination: Path) -> list[Path]:
     """Copy the node library to `destination/mrm`, for other MaterialX hosts.
 

@@ -114,7 +114,11 @@ def test_without_a_driver_documents_are_generated_and_skipped_with_the_reason(mr
 
 
 def test_library_prints_its_folders(mrm):
-    for options, file in (((), "pbrlib/mrm_defs.mtlx"), (("--materials",), "licence_plate.mtlx")):
+    for options, file in (
+        ((), "pbrlib/mrm_defs.mtlx"),
+        (("--materials",), "licence_plate.mtlx"),
+        (("--classes",), "dot_c2_red.mtlx"),
+    ):
         done = mrm("library", *options)
         assert (done.returncode, done.stderr) == (0, "")
         assert (Path(done.stdout.strip()) / file).is_file()
