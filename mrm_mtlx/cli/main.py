@@ -13,6 +13,7 @@ from mrm_mtlx.cli import (
     conformance,
     convert,
     doctor,
+    fit,
     generate,
     library,
     photometry,
@@ -33,7 +34,20 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-for command in (validate, conformance, generate, render, plot, photometry, convert, vectors, rules, doctor, library):
+for command in (
+    validate,
+    conformance,
+    generate,
+    render,
+    plot,
+    photometry,
+    fit,
+    convert,
+    vectors,
+    rules,
+    doctor,
+    library,
+):
     command.register(app)
 
 

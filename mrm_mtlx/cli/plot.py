@@ -277,7 +277,7 @@ def _write_figures(figure: FigureName, output: Path, measured: Path | None) -> N
     except (ValueError, OSError) as error:
         raise typer.BadParameter(str(error), param_hint="--measured") from error
     for name, file in files.items():
-        picture = drawing.figure_2(paper.figure_2()) if name is FigureName.TWO else drawing.figure_4(four)
+        picture = drawing.figure_2(paper.figure_2()) if name is FigureName.TWO else drawing.by_light(four)
         try:
             drawing.save(picture, file)
         except ValueError as error:

@@ -42,6 +42,8 @@ def write(
     name: str,
     notes: Sequence[str],
     docs: Mapping[str, str] | None = None,
+    *,
+    doc: str = "",
 ) -> str:
     """A document with one material, `M_<name>`.
 
@@ -55,6 +57,8 @@ def write(
         Where the numbers come from: paragraphs of the comment at its top.
     docs
         What a layer is, by part, in the place of the usual words.
+    doc
+        Of the material: what it is, or how it was made.
 
     Returns
     -------
@@ -75,7 +79,7 @@ def write(
         "</surface>",
     ]
     material = [
-        f'<surfacematerial name="M_{name}" type="material">',
+        f'<surfacematerial name="M_{name}" type="material"{f" doc={quoteattr(doc)}" if doc else ""}>',
         f'  <input name="surfaceshader" type="surfaceshader" nodename="SR_{name}" />',
         "</surfacematerial>",
     ]

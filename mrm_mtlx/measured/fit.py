@@ -31,6 +31,8 @@ LOSSES = ("soft_l1", "linear")
 DECISIVE = 10.0
 # Correlations beyond this are reported.
 CORRELATED = 0.95
+# Relative standard errors beyond this are reported.
+_UNKNOWN = 0.5
 # Where samples are many, starts are tried on so many of them.
 _TRIED = 1000
 # Evaluations of a start that is tried.
@@ -199,7 +201,7 @@ def select(
     while True:
         found = []
         known = _search(current.family, few, settings, [current.family.vector(current.values)], 5)[0]
-        for what, family in _larger(current.family):
+        for what, family in _larger(current.family, samples):
             fit, _ = _search(family, few, settings, _grown(current, family), _ROUGH)
             found.append(Step(what, fit, _criterion(fit, criterion) - _criterion(known, criterion)))
             tried += 1
@@ -216,6 +218,8 @@ def select(
     progress(_CANDIDATES - 2, _CANDIDATES)
     without = []
     for what, smaller, values in _smaller(final):
+        if not 0 < len(smaller.parameters) < final.free:
+            continue
         fit = fit_family(smaller, samples, settings, [smaller.vector(values)])
         without.append(Step(what, fit, _criterion(final, criterion) - _criterion(fit, criterion)))
     progress(_CANDIDATES, _CANDIDATES)
@@ -238,11 +242,13 @@ def warnings(fit: Fit, samples: Samples) -> list[str]:
     """What the data do not say: numbers at their bounds, that cannot be told apart, and lobes without samples."""
     found = []
     parameters = fit.family.parameters
+    if fit.count == fit.free:
+        found.append(f"as many numbers as values, {fit.free}: nothing is left to judge the fit by")
     for i, parameter in enumerate(parameters):
         value = fit.values[parameter.name][max(parameter.channel, 0)]
-        if _at_bound(parameter.lower, parameter.upper, value):
+        if value in (parameter.lower, parameter.upper):
             found.append(f"{parameter.label} is at its bound, {value:g}")
-        elif fit.errors[i] > 0.5 * abs(value):
+        elif fit.errors[i] > _UNKNOWN * abs(value):
             found.append(f"{parameter.label} is hardly known: {value:.3g} ± {fit.errors[i]:.2g}")
         for k in range(i):
             together = fit.correlations[i, k]
@@ -252,7 +258,7 @@ def warnings(fit: Fit, samples: Samples) -> list[str]:
                     f"correlation {together:.3f}"
                 )
     for part in fit.family.parts:
-        if part == "diffuse":
+        if part == "diffuse" or samples.weights is not None:
             continue
         alpha = float(fit.values[f"{part}.alpha"][0])
         inside = _within_lobe(samples, alpha, mirror=part in ("coat", "haze"))
@@ -268,9 +274,32 @@ def _within_lobe(samples: Samples, alpha: float, *, mirror: bool) -> int:
     return int(np.count_nonzero(np.hypot(h[:, 0], h[:, 1]) <= alpha * h[:, 2]))
 
 
-def _larger(family: Family) -> list[tuple[str, Family]]:
-    """Families with one thing more, and what that is."""
+def coefficient_family(samples: Samples, tint: tuple[float, float, float], base: tuple[float, float, float]) -> Family:
+    """The family that coefficients of retroreflection can tell: one lobe over a base that is given.
+
+    The width is free where there are two observation angles, the fall-off where there are two entrance angles and a
+    number to spare; else they have the values of `USUAL`.
+    """
+    observation = np.linalg.norm(samples.v - samples.l, axis=1)
+    free = {
+        "alpha": np.ptp(observation) > 1e-4,
+        "exponent": np.ptp(samples.l[:, 2]) > 1e-2 and samples.count > 2,
+    }
+    fixed = {f"{lobe}.{name}": USUAL[name] for lobe in ("lobe", "lobe2") for name in free if not free[name]}
+    return Family(lobes=1, falling=True, tint=tint, fixed={**fixed, "diffuse.color": base})
+
+
+# What a few coefficients do not tell: the width and fall-off of prismatic tape.
+USUAL = {"alpha": (0.005,), "exponent": (0.5,)}
+
+
+def _larger(family: Family, samples: Samples) -> list[tuple[str, Family]]:
+    """Families with one thing more, and what that is; coefficients can only tell retroreflective lobes."""
     found = []
+    if samples.weights is not None:
+        second = replace(family, lobes=family.lobes + 1)
+        enough = family.lobes < _MOST_LOBES and samples.count > len(second.parameters) + 1
+        return [("second retroreflective lobe", second)] if enough else []
     if family.coats < _MOST_COATS:
         what = "haze of the coat" if family.coats else "clear coat"
         found.append((what, replace(family, coats=family.coats + 1)))
@@ -288,7 +317,7 @@ def _larger(family: Family) -> list[tuple[str, Family]]:
 _NEW = {
     "weight": (0.5,),
     "share": (0.3,),
-    "alpha": (0.01, 0.05, 0.25),
+    "alpha": (0.004, 0.02, 0.2),
     "color0": (0.1,),
     "exponent": (1.0,),
     "roughness": (0.3,),
@@ -423,7 +452,7 @@ class _Problem:
 
 def _finished(family: Family, samples: Samples, problem: _Problem, result: Any) -> Fit:
     """A result with its numbers as a document has them, and what they are worth."""
-    values = family.rounded(family.ordered(family.values(result.x)))
+    values = family.rounded(family.ordered(family.snapped(family.values(result.x))))
     vector = family.vector(values)
     r = problem.residuals(vector)[: samples.count]
     errors, correlations = _uncertainties(family, vector, values, result, samples.count, problem)
@@ -445,24 +474,21 @@ def _uncertainties(
     """Standard errors and correlations from the Jacobian, cov = s^2 (J^T J)^-1 with s^2 = S / (N - p)."""
     parameters = family.parameters
     numbers = [values[p.name][max(p.channel, 0)] for p in parameters]
-    free = np.array([not _at_bound(p.lower, p.upper, x) for p, x in zip(parameters, numbers, strict=True)], dtype=bool)
+    free = np.array([x not in (p.lower, p.upper) for p, x in zip(parameters, numbers, strict=True)], dtype=bool)
     errors = np.full(len(parameters), np.nan)
     correlations = np.full((len(parameters), len(parameters)), np.nan)
     spare = count - int(free.sum())
     if not free.any() or spare < 1:
         return errors, correlations
     j = problem.jacobian(vector)[:, free]
-    covariance = 2.0 * float(result.cost) / spare * np.linalg.pinv(j.T @ j)
-    sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    inverse = np.linalg.pinv(j.T @ j)
+    unscaled = np.sqrt(np.maximum(np.diag(inverse), 0.0))
+    sigma = np.sqrt(2.0 * float(result.cost) / spare) * unscaled
     slopes = np.array([x if p.logarithmic else 1.0 for p, x in zip(parameters, numbers, strict=True)])[free]
     errors[free] = sigma * slopes
     with np.errstate(invalid="ignore", divide="ignore"):
-        correlations[np.ix_(free, free)] = covariance / np.outer(sigma, sigma)
+        correlations[np.ix_(free, free)] = inverse / np.outer(unscaled, unscaled)
     return errors, correlations
-
-
-def _at_bound(lower: float, upper: float, value: float) -> bool:
-    return value <= lower + 1e-5 * max(lower, 1.0) * (1.0 if lower == 0.0 else lower) or value >= upper * (1.0 - 1e-5)
 
 
 def _criterion(fit: Fit, name: str) -> float:

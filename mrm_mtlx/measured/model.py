@@ -36,6 +36,8 @@ COAT_IOR = 1.5
 NARROWEST = 0.003
 # Broadest lobe: what is broader is for the diffuse base to show.
 BROADEST = 0.5
+# Relative distance from a bound within which a search has come to rest at it.
+_NEAR = 1e-4
 # Digits of the numbers in a document.
 DIGITS = 6
 
@@ -145,6 +147,16 @@ class Family:
         ends = [(np.log((p.lower, p.upper)) if p.logarithmic else (p.lower, p.upper)) for p in self.parameters]
         lower, upper = zip(*ends, strict=True)
         return np.array(lower), np.array(upper)
+
+    def snapped(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """The same with free numbers that are next to a bound, where a search comes to rest, at it."""
+        found = {name: value.copy() for name, value in values.items()}
+        for p in self.parameters:
+            value, i = found[p.name], max(p.channel, 0)
+            for bound in (p.lower, p.upper):
+                if abs(value[i] - bound) <= _NEAR * (bound or 1.0):
+                    value[i] = bound
+        return found
 
     def rounded(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Values as a document has them."""

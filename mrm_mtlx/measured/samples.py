@@ -12,14 +12,14 @@ from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.photometry.color import luminance_weights
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from mrm_mtlx.bsdf.arrays import Array
 
 # By residual, the scale at which `soft_l1` turns from squares to absolute values.
 RESIDUALS = {"log": 0.3, "root": 0.1, "linear": 1.0}
 # Added before the logarithm is taken [1/sr]: what is darker counts for little.
 FLOOR = 1e-3
+# Samples that are fitted: of more, as MERL's million, these are drawn.
+MAXIMUM = 20_000
 # Differences of values that should be equal, as a factor, that are still no sign of an error.
 _NOT_RECIPROCAL = 1.25
 
@@ -106,6 +106,7 @@ def from_measurement(
     plane: bool = False,
     around: float | None = None,
     cosine: str = "l",
+    seed: int = 0,
 ) -> Samples:
     """Samples of a measured BRDF.
 
@@ -124,6 +125,8 @@ def from_measurement(
         Only directions v that are no farther [rad] from l.
     cosine
         Whose cosine the file had in its values and its reader divided out: "l", or "v" to read it as that of v.
+    seed
+        Of the choice of `MAXIMUM` samples, where there are more.
 
     Raises
     ------
@@ -142,6 +145,10 @@ def from_measurement(
     if not kept.any():
         msg = f"none of the {len(measured)} samples is among the directions that are asked for"
         raise ValueError(msg)
+    if np.count_nonzero(kept) > MAXIMUM:
+        every = np.flatnonzero(kept)
+        kept = np.zeros(len(measured), dtype=bool)
+        kept[np.random.default_rng(seed).choice(every, MAXIMUM, replace=False)] = True
     f = measured.f * (np.cos(measured.theta_l) / np.cos(measured.theta_v))[:, None] if cosine == "v" else measured.f
     return Samples(measured.name, v[kept], l[kept], np.ones((int(kept.sum()), 1)), f[kept], residual=residual)
 
@@ -228,6 +235,28 @@ def reciprocity(measured: Measurement) -> Reciprocity:
     return Reciprocity(len(logs), *(float(np.exp(np.median(np.abs(x)))) for x in (found, other)))
 
 
-def joined(parts: Sequence[str]) -> str:
-    """Names with commas and an "and"."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+def doubts(measured: Measurement, *, viewed: bool = False) -> list[str]:
+    """Signs that the numbers of a file are not what it says they are.
+
+    `viewed`: the cosine was already read as that of v.
+    """
+    found = []
+    largest = float(max(np.max(measured.theta_l), np.max(measured.theta_v)))
+    if np.deg2rad(0.5) < largest < np.deg2rad(1.6):
+        found.append(f"no angle is above {np.rad2deg(largest):.2f} degrees: are they in radians?")
+    exchanged = reciprocity(measured)
+    if not exchanged.broken:
+        return found
+    apart = f"{exchanged.pairs} pairs of exchanged directions differ by a factor of {exchanged.factor:.2f} (median)"
+    if viewed:
+        # What is read as the cosine of v is exactly the other case.
+        if not exchanged.by_cosine:
+            found.append(f"{apart}, with the cosine of l; with that of v by {exchanged.as_view:.2f}")
+    elif exchanged.by_cosine:
+        found.append(
+            f"{apart}, which a BRDF does not; with the cosine of v divided out instead of that of l by "
+            f"{exchanged.as_view:.2f}: see --cosine view"
+        )
+    else:
+        found.append(f"{apart}, which a BRDF does not: no parameters can fit both")
+    return found

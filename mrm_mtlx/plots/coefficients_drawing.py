@@ -26,16 +26,19 @@ _MARK: dict[str, Any] = {"marker": "^", "markersize": 4, "linestyle": "none", "m
 _SYMBOLS = {"R_A": "R_A", "R_L": "R_L", "R_I": "R_I", "R_I/r": "R_I/r"}
 
 
-def picture(panels: Sequence[Panel]) -> Figure:
-    """A plot per panel, one under the other; triangles are minima, which the curve of their colour has to be above."""
+def picture(panels: Sequence[Panel], mark: str = "minimum") -> Figure:
+    """A plot per panel, one under the other; triangles are minima, which the curve of their colour has to be above.
+
+    `mark` is what the triangles are called.
+    """
     with mpl.rc_context(style.SETTINGS):
         figure = Figure(figsize=(style.COLUMN, 0.72 * style.COLUMN * len(panels)), layout="constrained")
         for axes, panel in zip(np.ravel(figure.subplots(len(panels), 1)), panels, strict=True):
-            _draw(axes, panel)
+            _draw(axes, panel, mark)
         return figure
 
 
-def _draw(axes: Axes, panel: Panel) -> None:
+def _draw(axes: Axes, panel: Panel, mark: str) -> None:
     for i, series in enumerate(panel.series):
         color, dashes = style.COLORS[i], style.DASHES[i]
         axes.plot(series.angle_deg, series.value, color=color, linestyle=dashes, label=series.name)
@@ -44,7 +47,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
     _value_axis(axes, panel)
     handles = axes.get_legend_handles_labels()[0]
     if any(len(series.limit) for series in panel.series):
-        handles = [*handles, Line2D([], [], color="white", markeredgecolor="black", label="minimum", **_MARK)]
+        handles = [*handles, Line2D([], [], color="white", markeredgecolor="black", label=mark, **_MARK)]
     if panel.angle == "observation":
         axes.set_xscale("log")
         axes.set_xlim(panel.series[0].angle_deg[0], panel.series[0].angle_deg[-1])

@@ -102,11 +102,12 @@ def figure_2(panels: Sequence[Panel]) -> Figure:
         return figure
 
 
-def figure_4(panels: Sequence[Panel]) -> Figure:
-    """Figure 4 of the paper, from `paper.figure_4`: a row per light angle."""
+def by_light(panels: Sequence[Panel], label: str = "MRM, fitted") -> Figure:
+    """A model beside what was measured, a row per light angle; Figure 4 of the paper, from `paper.figure_4`."""
     with mpl.rc_context(style.SETTINGS):
-        figure = Figure(figsize=(style.COLUMN, style.COLUMN * 1.15), layout="constrained")
-        rows = figure.subplots(len(panels), 1, sharex=True, sharey=True)
+        height = style.COLUMN * (0.25 + 0.3 * len(panels))
+        figure = Figure(figsize=(style.COLUMN, height), layout="constrained")
+        rows = figure.subplots(len(panels), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
         fit: dict[str, Any] = {"color": style.GREEN, "linestyle": style.DASHES[1]}
         dots: dict[str, Any] = {"color": "black", "marker": "o", "markersize": 1.6, "linestyle": "none"}
         for axes, panel in zip(rows, panels, strict=True):
@@ -120,7 +121,7 @@ def figure_4(panels: Sequence[Panel]) -> Figure:
         _value_axis(rows[0], "log", series + [panel.points for panel in panels if panel.points is not None])
         rows[-1].set_xlabel(_VIEW)
         figure.supylabel(_VALUE)
-        keys = [Line2D([], [], label="MRM, fitted", **fit)]
+        keys = [Line2D([], [], label=label, **fit)]
         keys += [Line2D([], [], label="measured", **dots)] if panels[0].points is not None else []
         _legend(figure, keys)
         return figure

@@ -140,7 +140,7 @@ def test_curves_of_one_light_differ_in_colour_and_dashes(count):
     assert len({str(line._unscaled_dash_pattern) for line in found}) == count
 
 
-@pytest.mark.parametrize("panels", [drawing.figure_2, drawing.figure_4])
+@pytest.mark.parametrize("panels", [drawing.figure_2, drawing.by_light])
 def test_the_figures_of_the_paper_show_their_curves_in_its_colours(panels):
     data = paper.figure_2() if panels is drawing.figure_2 else paper.figure_4(dots())
     expected = {"GGX": style.BLUE, "MRM": style.GREEN, "EON": style.ORANGE}
