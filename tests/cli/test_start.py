@@ -15,8 +15,8 @@ import pytest
 from mrm_mtlx import __version__
 
 COMMANDS = (
-    "validate", "conformance", "generate", "render", "plot", "photometry", "convert", "vectors", "rules", "doctor",
-    "library",
+    "validate", "conformance", "generate", "render", "plot", "photometry", "fit", "convert", "vectors", "rules",
+    "doctor", "library",
 )  # fmt: skip
 
 # Packages that take a tenth of a second and more to import, or need a driver.

@@ -46,8 +46,8 @@ PICTURES = {
     "as many long names as there can be": lambda: drawing.lobes(curves(LONG, (10.0,)), "log"),
     "a narrow lobe": lambda: drawing.lobes(curves(alpha=0.0025), "linear"),
     "figure 2": lambda: drawing.figure_2(paper.figure_2()),
-    "figure 4": lambda: drawing.figure_4(paper.figure_4()),
-    "figure 4 with points": lambda: drawing.figure_4(paper.figure_4(dots())),
+    "figure 4": lambda: drawing.by_light(paper.figure_4()),
+    "figure 4 with points": lambda: drawing.by_light(paper.figure_4(dots())),
 }
 
 
