@@ -18,6 +18,7 @@ PAGES = (
     "libraries/pbrlib/README.md",
     "docs/development.md",
     "docs/comparison.md",
+    "docs/fitting.md",
     "docs/model.md",
     "docs/osl.md",
     "docs/photometry.md",
@@ -26,7 +27,7 @@ PAGES = (
     "materials/README.md",
 )
 # The commands of these are run elsewhere, in the process of the tests: a second less each.
-ELSEWHERE = {"docs/photometry.md": "tests/cli/test_photometry.py"}
+ELSEWHERE = {"docs/fitting.md": "tests/cli/test_fit.py", "docs/photometry.md": "tests/cli/test_photometry.py"}
 
 # How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that
 # suits a test), or a reason in parentheses why it is not run here.

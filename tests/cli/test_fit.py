@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 
 import MaterialX as mx
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from mrm_mtlx.cli.main import app
+from mrm_mtlx.measured import read
 from mrm_mtlx.measured.model import Evaluator, Family
 from mrm_mtlx.photometry import coefficient, document_brdf, luminance
 
@@ -151,3 +154,46 @@ def test_a_wrong_call_is_a_usage_message(called, data, tmp_path, arguments):
     assert (done.exit_code, done.stdout) == (2, ""), done.stderr
     assert done.stderr.strip().splitlines()[-1].startswith("Error: ")
     assert not (tmp_path / "sheet.mtlx").exists()
+
+
+# The page
+
+
+def commands_of_the_page(repository):
+    text = (repository / "docs" / "fitting.md").read_text(encoding="utf-8")
+    return [shlex.split(line) for line in re.findall(r"^    mrm (.*)$", text, re.MULTILINE)]
+
+
+def test_the_commands_of_the_page_run(called, gl, repository, tmp_path, table):
+    # Small data under the names on the page: the tape itself is not the project's, and its whole fit takes 15 s.
+    for name in ("data.csv", "retro_3m_yellow.dat"):
+        (tmp_path / name).write_text(table, encoding="utf-8")
+    found = commands_of_the_page(repository)
+    assert len(found) == 7
+    for arguments in found:
+        if arguments[0] == "render":
+            arguments = [*arguments, "--size", "32"]
+        done = CliRunner().invoke(app, arguments)
+        assert done.exit_code == 0, (arguments, done.stderr)
+    assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_tables_of_the_page_are_read(called, repository, tmp_path):
+    text = (repository / "docs" / "fitting.md").read_text(encoding="utf-8")
+    tables = re.findall(r"((?:^    (?:# name.*|[a-z_]+_deg, .*|[-\d., ]+)\n)+)", text, re.MULTILINE)
+    assert len(tables) == 2
+    for i, lines in enumerate(tables):
+        path = tmp_path / f"{i}.csv"
+        path.write_text(re.sub("^    ", "", lines, flags=re.MULTILINE), encoding="utf-8")
+        assert len(read(path)) == 2
+
+
+def test_the_paper_command_of_the_page_finds_its_figures(called, repository, shared, tmp_path):
+    (tmp_path / "retro_3m_yellow.dat").symlink_to(shared / "measured" / "retro_3m_yellow.dat")
+    (arguments,) = (words for words in commands_of_the_page(repository) if "paper" in words)
+    report = json.loads(called(*arguments[1:], "--format", "json").stdout)
+    found = {row["name"]: row for row in report["parameters"]}
+    alpha = found["lobe.alpha"]
+    # As printed on the page.
+    assert f"{np.sqrt(alpha['value']):.3f} ± {alpha['error'] / (2.0 * np.sqrt(alpha['value'])):.3f}" == "0.230 ± 0.005"
+    assert f"{found['lobe.color0']['value']:.3f} ± {found['lobe.color0']['error']:.3f}" == "0.188 ± 0.011"
