@@ -69,7 +69,7 @@ MATERIALS = (
         "FMVSS 108",
         "DOT-C2",
         "white",
-        "White blocks of conspicuity tape, 2 inches wide",
+        "White blocks of vehicle conspicuity tape",
         _prismatic(_WHITE, _WHITE_DAY),
     ),
     Material(
@@ -77,7 +77,7 @@ MATERIALS = (
         "FMVSS 108",
         "DOT-C2",
         "red",
-        "Red blocks of conspicuity tape, 2 inches wide",
+        "Red blocks of vehicle conspicuity tape",
         _prismatic(_RED, _RED_DAY),
     ),
     Material(

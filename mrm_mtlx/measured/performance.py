@@ -119,8 +119,8 @@ class _Problem:
         self._factor = np.array([cell.value for cell in cells])
         self._wanted = margin * np.array([limit.minimum for limit in limits])
         free = len(np.unique(geometries[:, 0])) > 1, len(np.unique(geometries[:, 1:], axis=0)) > 1
-        self._widths = (NARROWEST, _WIDEST) if free[0] else _fixed(USUAL_ALPHA)
-        self._exponents = _EXPONENTS if free[1] else _fixed(USUAL_EXPONENT)
+        self._widths = (NARROWEST, _WIDEST) if free[0] else (USUAL_ALPHA, USUAL_ALPHA)
+        self._exponents = _EXPONENTS if free[1] else (USUAL_EXPONENT, USUAL_EXPONENT)
 
     def best(self) -> Met | None:
         """The closest from above, of searches from several starts; None if none meets the class below the ceiling."""
@@ -128,7 +128,7 @@ class _Problem:
 
         bounds = np.log([self._exponents, *[self._widths, _HEIGHTS] * self.family.lobes])
         above = {"type": "ineq", "fun": self._room}
-        options = {"ftol": 1e-9, "maxiter": 200}
+        options = {"ftol": 1e-9, "maxiter": 100}
         results = [
             minimize(self._distance, np.clip(start, *bounds.T), bounds=bounds, constraints=above, options=options)
             for start in self._starts()
@@ -187,11 +187,6 @@ _ROUNDS = 4
 _MISSED, _SLACK = 1e-3, 0.998
 # Bounds of heights, color0.
 _HEIGHTS = (1e-4, 1.0)
-
-
-def _fixed(value: float) -> tuple[float, float]:
-    """Bounds that leave no choice, as the search wants them: not equal."""
-    return value, value * (1.0 + 1e-9)
 
 
 def _share(family: Family, values: dict[str, Array]) -> float:
