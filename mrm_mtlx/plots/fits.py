@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.measured.measurement import SAME_LIGHT
 from mrm_mtlx.photometry import Limit, surface_brdf
 from mrm_mtlx.photometry.report import Settings
 from mrm_mtlx.plots import coefficients
@@ -14,6 +15,7 @@ from mrm_mtlx.plots.documents import surface_curve
 from mrm_mtlx.plots.paper import Panel
 
 if TYPE_CHECKING:
+    from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.measured import CoefficientSamples, Measurement
     from mrm_mtlx.plots.coefficients import Panel as CoefficientPanel
     from mrm_mtlx.reference import Surface
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 STEEPEST = np.deg2rad(85.0)
 # Lights that are drawn, evenly chosen of all there are.
 MAXIMUM_LIGHTS = 4
+# With more lights than this, a file has no planes, as MERL's: samples near one are drawn, by this angle [rad].
+SCATTERED, NEAR = 500, np.deg2rad(0.5)
 
 
 def panels(measured: Measurement, surface: Surface, *, viewed: bool = False) -> list[Panel]:
@@ -34,14 +38,8 @@ def panels(measured: Measurement, surface: Surface, *, viewed: bool = False) -> 
     ValueError
         If there is no sample in the plane of incidence.
     """
-    lights = [light for light in measured.lights() if len(measured.plane_of_incidence(light)[0])]
-    if not lights:
-        msg = "no sample is in the plane of incidence, which a picture shows"
-        raise ValueError(msg)
-    chosen = np.unique(np.linspace(0, len(lights) - 1, min(MAXIMUM_LIGHTS, len(lights))).round().astype(int))
     found = []
-    for light in (float(lights[i]) for i in chosen):
-        theta_v, f = measured.plane_of_incidence(light)
+    for light, (theta_v, f) in _slices(measured).items():
         away = np.abs(theta_v) < STEEPEST
         theta_v, f = theta_v[away], f[away]
         value = f.mean(axis=1)
@@ -49,7 +47,31 @@ def panels(measured: Measurement, surface: Surface, *, viewed: bool = False) -> 
             value = value * np.cos(light) / np.cos(theta_v)
         curve = surface_curve("fitted", "", surface, light)
         found.append(Panel(light, 0.0, (replace(curve, variant="fit"),), (theta_v, value)))
+    if not found:
+        msg = "no sample is in the plane of incidence, which a picture shows"
+        raise ValueError(msg)
     return found
+
+
+def _slices(measured: Measurement) -> dict[float, tuple[Array, Array]]:
+    """View angles and values in the plane of incidence, by light; of scattered lights, near a few."""
+    lights = measured.lights()
+    # So many of them lie closer together than those of one goniometer's setting, and are not told apart by `lights`.
+    if len(np.unique((measured.theta_l / SAME_LIGHT).round())) > SCATTERED:
+        near = {light: _near(measured, light) for light in np.deg2rad([15.0, 30.0, 45.0, 60.0])}
+        return {float(light): points for light, points in near.items() if len(points[0])}
+    found = {float(light): measured.plane_of_incidence(light) for light in lights}
+    there = [light for light, (theta_v, _) in found.items() if len(theta_v)]
+    chosen = np.unique(np.linspace(0, len(there) - 1, min(MAXIMUM_LIGHTS, len(there))).round().astype(int))
+    return {there[i]: found[there[i]] for i in chosen}
+
+
+def _near(measured: Measurement, light: float) -> tuple[Array, Array]:
+    across = np.abs(measured.theta_v * np.sin(measured.dphi))
+    chosen = (np.abs(measured.theta_l - light) < NEAR) & (across < NEAR)
+    signed = (measured.theta_v * np.cos(measured.dphi))[chosen]
+    order = np.argsort(signed, kind="stable")
+    return signed[order], measured.f[chosen][order]
 
 
 def coefficient_panels(measured: CoefficientSamples, surface: Surface) -> list[CoefficientPanel]:
