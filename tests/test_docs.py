@@ -66,6 +66,8 @@ COMMANDS = {
     "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
     "mrm vectors --format csv -o vectors.csv": None,
+    "mrm fit data.csv -o sheet.mtlx": "(tests/cli/test_fit.py has the data)",
+    "mrm render sheet.mtlx -o sheet.png": "(tests/cli/test_fit.py has the data)",
 }
 RUN = {command: told or command for command, told in COMMANDS.items() if told is None or not told.startswith("(")}
 
