@@ -17,9 +17,11 @@ PAGES = (
     "README.md",
     "libraries/pbrlib/README.md",
     "docs/development.md",
+    "docs/classes.md",
     "docs/comparison.md",
     "docs/fitting.md",
     "docs/model.md",
+    "docs/openmaterial.md",
     "docs/osl.md",
     "docs/photometry.md",
     "docs/plots.md",
@@ -27,11 +29,20 @@ PAGES = (
     "materials/README.md",
 )
 # The commands of these are run elsewhere, in the process of the tests: a second less each.
-ELSEWHERE = {"docs/fitting.md": "tests/cli/test_fit.py", "docs/photometry.md": "tests/cli/test_photometry.py"}
+ELSEWHERE = {
+    "docs/fitting.md": "tests/cli/test_fit.py",
+    "docs/openmaterial.md": "tests/cli/test_convert.py",
+    "docs/photometry.md": "tests/cli/test_photometry.py",
+}
 
 # How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that
 # suits a test), or a reason in parentheses why it is not run here.
 COMMANDS = {
+    "mrm fit --classes -o materials_classes": "(takes half a minute; tests/measured/test_classes.py fits two again)",
+    "mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --colour red": (
+        "(tests/measured/test_classes.py measures each)"
+    ),
+    "python docs/classes.py --pictures": "(tests/measured/test_classes.py makes the page)",
     "pip install . && mrm validate materials/": "mrm validate materials/ --samples 1024 --target glsl",
     "pip install '.[test]' && pytest": "(this is the run)",
     "mrm library install hosts": None,

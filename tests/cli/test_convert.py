@@ -3,32 +3,57 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
+import textwrap
 from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
 from mrm_mtlx.cli.convert import convert
+from mrm_mtlx.cli.main import app
 
 NOTHING = dict.fromkeys(("output", "to", "into", "at", "compare", "observation", "entrance", "element"))
 TAPE = Path(__file__).parents[2] / "materials" / "conspicuity_tape_white.mtlx"
 
 
-def test_a_document_is_written_merged_and_compared(mrm, tmp_path):
-    (tmp_path / "sign.json").write_text('{"name": "sign", "optical": {}}')
-    done = mrm("convert", TAPE, "-o", "sign.json", "--into", "sign.json", "--at", "/optical", "--observation", 0.5)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "wrote sign.json\n")
-    data = json.loads((tmp_path / "sign.json").read_text())
-    assert (data["name"], list(data), list(data["optical"])) == ("sign", ["name", "optical"], ["retroreflectivityData"])
-    # DOT-C2 asks for 65 at 0.5/-4, and the document says that it is 1.06 to 3.8 times above its minima.
-    assert 65.0 < data["optical"]["retroreflectivityData"]["coefficientOfRetroreflection"] < 250.0
-    done = mrm("convert", TAPE, "--compare", "sign.json")
-    assert done.returncode == 0
+@pytest.fixture
+def here(monkeypatch, tmp_path):
+    """Function from arguments to the finished command, in this process and in the test's folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "materials").symlink_to(TAPE.parent)
+    return lambda *arguments: CliRunner().invoke(app, ["convert", *map(str, arguments)])
+
+
+def test_the_commands_of_the_page_run_and_it_shows_what_they_write(here, repository):
+    text = (repository / "docs" / "openmaterial.md").read_text(encoding="utf-8")
+    write, merge, compare = (shlex.split(line) for line in re.findall(r"^    mrm convert (.*)$", text, re.MULTILINE))
+    done = here(*write)
+    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "wrote tape.json\n")
+    shown = re.search(r"^    \{.*?^    \}$", text, re.MULTILINE | re.DOTALL)[0]
+    assert Path("tape.json").read_text(encoding="utf-8") == textwrap.dedent(shown) + "\n"
+    assert here(*merge).exit_code == 0
+    done = here(*compare)
+    assert done.exit_code == 0
     assert "observation 0.5 deg, entrance -4 deg (as the file states)" in done.stdout
-    assert done.stdout.splitlines()[-1].startswith("PASSED")
-    done = mrm("convert", TAPE, "--compare", "sign.json", "--observation", "0.2")
-    assert done.returncode == 1
-    assert done.stdout.splitlines()[-1].startswith("FAILED")
+    assert done.stdout.splitlines()[-1] == "PASSED  equal within 1%"
+
+
+def test_a_block_is_put_where_it_is_told_and_another_value_is_seen(here):
+    Path("sign.json").write_text('{"name": "sign", "optical": {}}')
+    assert here(TAPE, "-o", "sign.json", "--into", "sign.json", "--at", "/optical").exit_code == 0
+    data = json.loads(Path("sign.json").read_text())
+    assert (data["name"], list(data), list(data["optical"])) == ("sign", ["name", "optical"], ["retroreflectivityData"])
+    value = data["optical"]["retroreflectivityData"]["coefficientOfRetroreflection"]
+    # What counts as equal, from both sides.
+    for factor, status in ((0.991, 0), (1.009, 0), (0.989, 1), (1.0112, 1)):
+        data["optical"]["retroreflectivityData"]["coefficientOfRetroreflection"] = factor * value
+        Path("sign.json").write_text(json.dumps(data))
+        done = here(TAPE, "--compare", "sign.json")
+        assert (done.exit_code, done.stdout.splitlines()[-1][:6]) == (status, ("PASSED", "FAILED")[status])
+    assert "the file states other angles or none" in here(TAPE, "--compare", "sign.json", "--entrance", "5").stdout
 
 
 @pytest.mark.parametrize(
