@@ -32,7 +32,8 @@ HEAD = """<!-- Made by: python docs/classes.py -->
 
 A material for each class of a standard, in `materials_classes/` of a checkout; `mrm library --classes` prints where
 an installed package has them. Each stands at least 3 % above every minimum of its class, in every geometry of the
-class, as [`mrm photometry`](photometry.md) measures it, and returns no more light than its construction can. They are
+class, as [`mrm photometry`](photometry.md) measures it, and returns within 2° no more light than its
+construction can. They are
 made by
 
     mrm fit --classes -o materials_classes

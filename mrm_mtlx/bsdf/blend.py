@@ -79,7 +79,7 @@ def partially_retroreflective(lobe: Microfacet, mask: ArrayLike) -> Blend:
     """The lobe blended with its retroreflective version.
 
     `mask` is 0 where the surface is ordinary, 0.5 where both are averaged, 1 where all is retroreflective, as a texture
-    says it (the Unity shader of seed 003, whose constant is 0.5; OpenPBR's and glTF's weight).
+    says it (OpenPBR's and glTF's weight; real-time shaders have the constant 0.5).
 
     Examples
     --------

@@ -147,6 +147,8 @@ def fit(
     _check_positive({"--theta-max": theta_max, "--around": around, "--loss-scale": loss_scale})
     report = None
     if data is not None:
+        if output.exists() and data.exists() and output.samefile(data):
+            raise typer.BadParameter(f"{output} is the data; name another file", param_hint="--output")
         measured = _read(data)
         from mrm_mtlx.measured import CoefficientSamples
 

@@ -46,12 +46,12 @@ def vectors(
             f'{{\n  "schema": "{SCHEMA}",\n  "versions": {versions},\n  "vectors": [\n{lines}\n  ]\n}}', output
         )
     elif form is VectorFormat.CSV:
-        write_report(_csv(table), output)
+        write_report(as_csv(table), output)
     else:
-        write_report(_text(table), output)
+        write_report(as_text(table), output)
 
 
-def _csv(table: list[dict[str, Any]]) -> str:
+def as_csv(table: list[dict[str, Any]]) -> str:
     """One column per number: a vector or colour gives three, `v_x`, `f_r`; a width two, `alpha_x`."""
     flat = [_flat(row) for row in table]
     columns = list(dict.fromkeys(name for row in flat for name in row))
@@ -83,7 +83,8 @@ def _flat(row: dict[str, Any]) -> dict[str, Any]:
 _COLORS = ("tint", "color0", "color82", "color90", "extinction")
 
 
-def _text(table: list[dict[str, Any]]) -> str:
+def as_text(table: list[dict[str, Any]]) -> str:
+    """One block per case, a line per pair of directions."""
     lines: list[str] = []
     previous = None
     for row in table:

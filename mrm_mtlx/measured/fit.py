@@ -310,7 +310,8 @@ def _larger(family: Family, samples: Samples) -> list[tuple[str, Family]]:
         found.append(("fall-off with the entrance angle", replace(family, falling=True)))
     if family.diffuse and not family.rough and "diffuse.color" not in family.fixed:
         found.append(("roughness of the base", replace(family, rough=True)))
-    return found
+    # What has more numbers than there are values cannot be fitted.
+    return [(what, larger) for what, larger in found if len(larger.parameters) < samples.count]
 
 
 # Starts of what is new in a family.

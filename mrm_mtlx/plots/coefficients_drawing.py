@@ -40,7 +40,8 @@ def picture(panels: Sequence[Panel], mark: str = "minimum") -> Figure:
 
 def _draw(axes: Axes, panel: Panel, mark: str) -> None:
     for i, series in enumerate(panel.series):
-        color, dashes = style.COLORS[i], style.DASHES[i]
+        # Of more angles than there are colours, they are used again.
+        color, dashes = style.COLORS[i % len(style.COLORS)], style.DASHES[i % len(style.DASHES)]
         axes.plot(series.angle_deg, series.value, color=color, linestyle=dashes, label=series.name)
         axes.plot(series.limit_deg, series.limit, color=color, markeredgecolor="black", zorder=3, **_MARK)
     axes.set_ylabel(rf"${_SYMBOLS[panel.quantity]}$ [{panel.unit.replace('m2', 'm²')}]")

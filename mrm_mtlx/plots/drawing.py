@@ -238,7 +238,7 @@ def _value_axis(axes: Axes, scale: str, series: Sequence[tuple[Array, Array]]) -
     axes.set_yscale("log")
     # What falls off towards the horizon, or to zero, may leave the picture.
     steady = [value[(np.abs(theta_v) < _STEADY) & (value > 0.0)] for theta_v, value in series]
-    lowest = min(_LAMBERT, *(float(np.min(value)) for value in steady if len(value)))
+    lowest = min([_LAMBERT, *(float(np.min(value)) for value in steady if len(value))])
     top = np.ceil(np.log10(1.05 * highest))
     bottom = max(np.floor(np.log10(lowest)), top - _DECADES)
     axes.set_ylim(10.0**bottom, 10.0**top)

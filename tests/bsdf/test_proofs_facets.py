@@ -63,7 +63,7 @@ def test_projected_facets_of_every_distribution_cover_the_surface_once(seen_face
 def furnace_departure(
     candidates: tuple[Masking, ...], name: str, w: Array, widths: tuple[float, float], seen_facets
 ) -> Array:
-    """Relative departure of the visible projected area, integral of D G1 <w.m>, from n.w (seed 001's eq. 3)."""
+    """Relative departure of the visible projected area, integral of D G1 <w.m>, from n.w (Raab 2025, eq. 3)."""
     at = seen_facets(w, *widths, nodes=NODES)
     seen = DISTRIBUTIONS[name].distribution(*at.m.T, *widths) * (at.m @ w) * at.facet_angle / w[2]
     each = [seen @ g.masking(Rough(DISTRIBUTIONS[name], *widths), w[:, None], at.m.T) for g in candidates]

@@ -8,20 +8,20 @@ import json
 import re
 
 from mrm_mtlx import __version__
+from mrm_mtlx.cli import vectors
 
 
 def test_the_three_forms_have_the_same_values(mrm, tmp_path):
-    done = {form: mrm("vectors", "--format", form) for form in ("text", "json")}
-    done["csv"] = mrm("vectors", "--format", "csv", "-o", "vectors.csv")
-    assert {(run.returncode, run.stderr) for run in done.values()} == {(0, "")}
-    assert done["csv"].stdout == ""
-    printed = {form: run.stdout for form, run in done.items()} | {"csv": (tmp_path / "vectors.csv").read_text()}
-    document = json.loads(printed["json"])
+    done = mrm("vectors", "--format", "json", "-o", "vectors.json")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    document = json.loads((tmp_path / "vectors.json").read_text())
+    # The other forms are made of the same rows, which take seconds: without the process, and of these.
+    printed = {"csv": vectors.as_csv(document["vectors"]), "text": vectors.as_text(document["vectors"])}
     assert (document["schema"], document["versions"]) == ("mrm.vectors/1", {"mrm": __version__})
-    vectors = document["vectors"]
+    rows = document["vectors"]
     table = list(csv.DictReader(io.StringIO(printed["csv"])))
-    assert len(table) == len(vectors) > 50
-    for row, vector in zip(table, vectors, strict=True):
+    assert len(table) == len(rows) > 50
+    for row, vector in zip(table, rows, strict=True):
         assert row["case"] == vector["case"]
         assert [float(row[f"f_{c}"]) for c in "rgb"] == vector["f"]
         assert [float(row[f"v_{c}"]) for c in "xyz"] == vector["v"]
@@ -32,7 +32,7 @@ def test_the_three_forms_have_the_same_values(mrm, tmp_path):
     # In the text, six digits; a line of values begins with the angles, and there is one per row.
     shown = [line.split() for line in printed["text"].splitlines() if re.match(r" +-?\d+\.\d ", line)]
     assert [[float(x) for x in line[4:7]] for line in shown] == [
-        [float(f"{x:.6g}") for x in vector["f"]] for vector in vectors
+        [float(f"{x:.6g}") for x in vector["f"]] for vector in rows
     ]
 
 

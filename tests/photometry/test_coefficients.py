@@ -11,7 +11,7 @@ from mrm_mtlx.bsdf.vectors import dot
 from mrm_mtlx.photometry import coefficient, goniometer, r_l, retroreflected_fraction
 from mrm_mtlx.photometry.coefficients import MARKING_ENTRANCE, MARKING_OBSERVATION, marking_geometry
 
-# Relative, of what has a closed form: what issue and users ask for; products of cosines are a thousand times better.
+# Relative, of what has a closed form: far below what is measured; products of cosines are a thousand times better.
 CLOSED_FORM = 1e-9
 # Relative, of a lobe of width ALPHA, whose facets take the differences of nearly equal directions: a rounding moves the
 # facet by some 2e-16, a share 2e-16 / ALPHA of the lobe, and D by four times that.
