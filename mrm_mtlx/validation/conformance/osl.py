@@ -64,6 +64,8 @@ ENGINE = "cycles"
 
 # Cycles leaves out closures of a weight below this.
 _SMALLEST_WEIGHT = 1e-5
+# The weight of a closure may have its reflectance in it; what reflects less than this does not show in a sum.
+_LEAST_REFLECTANCE = 0.016
 
 # Of the sum of two closures' light: weights, products and the sum itself, on both sides.
 _SUM_ROUNDINGS = 16
@@ -187,7 +189,7 @@ def _parts(case: NewCase, variant: str, samples: int, seed: int) -> CaseResult:
     if "tint" in points.properties:
         weight = weight * np.mean(points.properties["tint"], axis=1, keepdims=True)
     for share, part in ((1.0 - amount, ordinary), (amount, retroreflective)):
-        allowed = allowed + np.where(share * weight <= _SMALLEST_WEIGHT * (1.0 + 4.0 * UNIT), share * part, 0.0)
+        allowed = allowed + np.where(share * weight * _LEAST_REFLECTANCE <= _SMALLEST_WEIGHT, share * part, 0.0)
     comparison = compare(found, Tolerance(sums, allowed), points)
     return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
 
