@@ -120,8 +120,8 @@ def test_colours_are_inside_the_boxes_that_were_read(reports, name):
     assert FACTORS[kind][0] <= factor <= FACTORS[kind][1]
 
 
-# Each structure, and the narrowest and widest lobes, steepest and flattest falls of all; `mrm validate materials_classes`
-# has the others, which differ in numbers alone.
+# Each structure, and the narrowest and widest lobes, steepest and flattest falls of all. The others differ in numbers
+# alone; `mrm validate materials_classes` has them.
 SHADERS = (
     "dpr_495_white", "dpr_495_red", "iso_20471_silver", "en_1436_r5_white", "fmvss_131_prismatic_white",
     "cpsc_reflector_clear", "dot_c2_white",
