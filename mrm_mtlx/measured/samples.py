@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.measured.measurement import IN_PLANE, SAME_LIGHT, CoefficientSamples, Measurement
+from mrm_mtlx.measured.measurement import GRAZING, IN_PLANE, SAME_LIGHT, CoefficientSamples, Measurement
 from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.photometry.color import luminance_weights
 
@@ -162,7 +162,7 @@ def from_coefficients(measured: CoefficientSamples) -> Samples:
         If a direction is below the horizon.
     """
     v, l = goniometer.directions(measured.observation, measured.beta1, measured.beta2)
-    if np.min([v[:, 2], l[:, 2]]) <= 0.0:
+    if np.min([v[:, 2], l[:, 2]]) < np.sin(GRAZING):
         i = int(np.argmin(np.minimum(v[:, 2], l[:, 2])))
         place = (
             f"observation {np.rad2deg(measured.observation[i]):g}, entrance {np.rad2deg(measured.beta1[i]):g} degrees"
@@ -223,16 +223,26 @@ def reciprocity(measured: Measurement) -> Reciprocity:
                 rows[np.abs(measured.theta_v[rows] - to) <= _SAME]
                 for rows, to in ((under[i], lights[k]), (under[k], light))
             )
-            for row in there if len(back) else ():
-                nearest = back[np.argmin(np.abs(dphi[back] - dphi[row]))]
-                if abs(dphi[nearest] - dphi[row]) <= _SAME and min(f[row], f[nearest]) > 0.0:
-                    logs.append(np.log(f[row] / f[nearest]))
-                    # The reader's f has 1 / cos(theta_l); exchanging the cosines multiplies by cos l / cos v.
-                    cosines.append(2.0 * np.log(np.cos(light) / np.cos(lights[k])))
-    if not logs:
+            if not len(back):
+                continue
+            back = back[np.argsort(dphi[back])]
+            same = back[_nearest(dphi[back], dphi[there])]
+            kept = (np.abs(dphi[same] - dphi[there]) <= _SAME) & (np.minimum(f[there], f[same]) > 0.0)
+            logs.append(np.log(f[there[kept]] / f[same[kept]]))
+            # The reader's f has 1 / cos(theta_l); exchanging the cosines multiplies by cos l / cos v.
+            cosines.append(np.full(np.sum(kept), 2.0 * np.log(np.cos(light) / np.cos(lights[k]))))
+    if not sum(map(len, logs)):
         return Reciprocity(0, 1.0, 1.0)
-    found, other = np.array(logs), np.array(logs) + np.array(cosines)
-    return Reciprocity(len(logs), *(float(np.exp(np.median(np.abs(x)))) for x in (found, other)))
+    found = np.concatenate(logs)
+    other = found + np.concatenate(cosines)
+    return Reciprocity(len(found), *(float(np.exp(np.median(np.abs(x)))) for x in (found, other)))
+
+
+def _nearest(ascending: Array, wanted: Array) -> Array:
+    """Indices of what is nearest to each wanted value, the lower one of two that are as near."""
+    above = np.minimum(np.searchsorted(ascending, wanted), len(ascending) - 1)
+    below = np.maximum(above - 1, 0)
+    return np.where(np.abs(ascending[below] - wanted) <= np.abs(ascending[above] - wanted), below, above)
 
 
 def doubts(measured: Measurement, *, viewed: bool = False) -> list[str]:
