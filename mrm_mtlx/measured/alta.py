@@ -132,7 +132,8 @@ def _check(row: list[float], line: int) -> None:
 def _converted(rows: Array, header: dict[str, str]) -> Measurement:
     theta_l, x, y = rows[:, :COORDINATES].T
     f = rows[:, COORDINATES:]
-    if PARAM_OUT[header["PARAM_OUT"]]:
+    had_cosine = PARAM_OUT[header["PARAM_OUT"]]
+    if had_cosine:
         f = f / np.cos(theta_l)[:, None]
     name = header.get("SAMPLE", "").strip('"')
-    return Measurement(name, theta_l, np.minimum(np.hypot(x, y), np.pi / 2), np.arctan2(y, x), f)
+    return Measurement(name, theta_l, np.minimum(np.hypot(x, y), np.pi / 2), np.arctan2(y, x), f, had_cosine)

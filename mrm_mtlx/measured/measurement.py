@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,6 +37,8 @@ class Measurement:
         retroreflector shines.
     f : shape (samples, channels)
         BRDF [1/sr], without the cosine, >= 0.
+    had_cosine
+        Whether the file's values had a cosine, which the reader took for that of theta_l and divided out.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Measurement:
     theta_v: Array
     dphi: Array
     f: Array
+    had_cosine: bool = False
 
     def __len__(self) -> int:
         """The number of samples."""
@@ -77,8 +80,8 @@ class Measurement:
 
     def chosen(self, where: Array) -> Measurement:
         """Some of the samples, by a mask or by indices."""
-        arrays = (self.theta_l, self.theta_v, self.dphi, self.f)
-        return Measurement(self.name, *(array[where] for array in arrays))
+        arrays = ("theta_l", "theta_v", "dphi", "f")
+        return replace(self, **{name: getattr(self, name)[where] for name in arrays})
 
 
 @dataclass(frozen=True)

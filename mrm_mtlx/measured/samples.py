@@ -131,10 +131,13 @@ def from_measurement(
     Raises
     ------
     ValueError
-        If there are other channels, or nothing is left.
+        If there are other channels, nothing is left, or the cosine of v is asked for and the values had none.
     """
     if measured.f.shape[1] not in (1, 3):
         msg = f"{measured.f.shape[1]} channels; a material has one (grey) or three (linear Rec.709)"
+        raise ValueError(msg)
+    if cosine == "v" and not measured.had_cosine:
+        msg = "the values have no cosine in them that could be that of v (--cosine view): they are said to be a BRDF"
         raise ValueError(msg)
     v, l = directions(measured)
     kept = np.maximum(measured.theta_v, measured.theta_l) < min(largest, np.pi / 2 - 1e-3)
@@ -262,7 +265,7 @@ def doubts(measured: Measurement, *, viewed: bool = False) -> list[str]:
         # What is read as the cosine of v is exactly the other case.
         if not exchanged.by_cosine:
             found.append(f"{apart}, with the cosine of l; with that of v by {exchanged.as_view:.2f}")
-    elif exchanged.by_cosine:
+    elif exchanged.by_cosine and measured.had_cosine:
         found.append(
             f"{apart}, which a BRDF does not; with the cosine of v divided out instead of that of l by "
             f"{exchanged.as_view:.2f}: see --cosine view"

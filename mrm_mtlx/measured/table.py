@@ -201,9 +201,10 @@ def _brdf(table: _Table, name: str) -> Measurement:
         table.check(channel, 0.0, np.inf, "0 or more; a BRDF is not negative")
     theta_l, theta_v, dphi = (table.values[q] for q in _DIRECTIONS)
     f = np.stack([table.values[channel] for channel in channels], axis=1)
-    if channels[0].startswith("f_cos_l"):
+    had_cosine = channels[0].startswith("f_cos_l")
+    if had_cosine:
         f = f / np.cos(theta_l)[:, None]
-    return Measurement(name, theta_l, theta_v, np.arctan2(np.sin(dphi), np.cos(dphi)), f)
+    return Measurement(name, theta_l, theta_v, np.arctan2(np.sin(dphi), np.cos(dphi)), f, had_cosine)
 
 
 def _coefficients(table: _Table, name: str) -> CoefficientSamples:

@@ -166,8 +166,8 @@ def commands_of_the_page(repository):
 
 def test_the_commands_of_the_page_run(called, gl, repository, tmp_path, table):
     # Small data under the names on the page: the tape itself is not the project's, and its whole fit takes 15 s.
-    for name in ("data.csv", "retro_3m_yellow.dat"):
-        (tmp_path / name).write_text(table, encoding="utf-8")
+    for name, column in (("data.csv", "f_per_sr"), ("retro_3m_yellow.dat", "f_cos_l_per_sr")):
+        (tmp_path / name).write_text(table.replace("f_per_sr", column), encoding="utf-8")
     found = commands_of_the_page(repository)
     assert len(found) == 7
     for arguments in found:

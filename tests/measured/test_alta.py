@@ -27,15 +27,9 @@ ROUNDING = 1e-14
 
 
 @pytest.fixture
-def written(tmp_path: Path) -> Callable[..., Path]:
-    """Function from text or bytes to a file that holds it."""
-
-    def write(content: str | bytes) -> Path:
-        path = tmp_path / "tape.dat"
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
-        return path
-
-    return write
+def written(written: Callable[..., Path]) -> Callable[..., Path]:
+    """Function from text or bytes to a file in ALTA's format that holds it."""
+    return lambda content: written(content, "tape.dat")
 
 
 def refusal(path: Path) -> str:

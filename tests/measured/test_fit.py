@@ -180,12 +180,22 @@ def test_reciprocal_data_raise_no_doubt(measured):
 
 def test_a_cosine_of_the_viewer_in_the_values_is_found(measured):
     # f cos(theta_v) is stored, and the reader divides by cos(theta_l).
-    wrong = replace(measured, f=measured.f * (np.cos(measured.theta_v) / np.cos(measured.theta_l))[:, None])
+    stored = measured.f * (np.cos(measured.theta_v) / np.cos(measured.theta_l))[:, None]
+    wrong = replace(measured, f=stored, had_cosine=True)
     (doubt,) = doubts(wrong)
     assert "see --cosine view" in doubt
     assert doubts(wrong, viewed=True) == []
     read_right = from_measurement(wrong, cosine="v")
     np.testing.assert_allclose(read_right.value, from_measurement(measured).value, rtol=1e-12)  # one cosine and back
+
+
+def test_values_without_a_cosine_are_not_read_by_another(measured):
+    stored = measured.f * (np.cos(measured.theta_v) / np.cos(measured.theta_l))[:, None]
+    wrong = replace(measured, f=stored, had_cosine=False)
+    (doubt,) = doubts(wrong)
+    assert "--cosine" not in doubt
+    with pytest.raises(ValueError, match=r"^the values have no cosine in them that could be that of v"):
+        from_measurement(wrong, cosine="v")
 
 
 def test_values_that_no_cosine_makes_reciprocal_are_doubted(measured):

@@ -22,18 +22,6 @@ BRDF = "theta_l_deg, theta_v_deg, dphi_deg, f_per_sr\n"
 RA = "observation_deg, entrance_deg, ra_cd_per_lx_m2\n"
 
 
-@pytest.fixture
-def written(tmp_path: Path) -> Callable[..., Path]:
-    """Function from text or bytes to a file that holds it."""
-
-    def write(content: str | bytes, name: str = "tape.csv") -> Path:
-        path = tmp_path / name
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
-        return path
-
-    return write
-
-
 def refusal(path: Path) -> str:
     """What `read` says of a file that it refuses: one short line with the file's name."""
     with pytest.raises(ValueError, match=r"^tape\.") as caught:
