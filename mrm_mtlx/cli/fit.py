@@ -300,6 +300,8 @@ def _fit_coefficients(
         name = "BIC" if criterion is CriterionName.BIC else "AICc"
         with progress("fitting") as report:
             selection = fitting.select(samples, settings, base=family, criterion=name, progress=report)
+        if not math.isfinite(selection.fit.rms):
+            raise ValueError(f"no lobe returns as little as {measured.ra.min():g} cd/(lx m2); is the unit right?")
     except ValueError as error:
         raise _finding(error) from error
     return Report(source, samples, settings, selection.fit, selection, fitting.warnings(selection.fit, samples))

@@ -235,13 +235,13 @@ def _of_parameters(options: Mapping[str, Any], lights: list[float], azimuth: flo
         wanted = {name: name == "retroreflective" for name in flags if flags[name] or not any(flags.values())}
     try:
         lobes = {name: parameters.lobe(model, given, retroreflective=retro) for name, retro in wanted.items()}
+        return [
+            lobe_curve(name, _variant(angle), lobe, math.radians(angle), math.radians(azimuth))
+            for name, lobe in lobes.items()
+            for angle in dict.fromkeys(lights)
+        ]
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    return [
-        lobe_curve(name, _variant(angle), lobe, math.radians(angle), math.radians(azimuth))
-        for name, lobe in lobes.items()
-        for angle in dict.fromkeys(lights)
-    ]
 
 
 def _numbers(name: str, text: str) -> float | tuple[float, ...]:

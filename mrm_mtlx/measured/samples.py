@@ -94,7 +94,8 @@ class Samples:
 
     def _scaled(self, value: Array) -> Array:
         if self.residual == "log":
-            return np.log(np.maximum(value, 0.0) + self.floor)
+            with np.errstate(divide="ignore"):  # without a floor, black is infinitely far from any value
+                return np.log(np.maximum(value, 0.0) + self.floor)
         return np.sqrt(np.maximum(value, 0.0)) if self.residual == "root" else value
 
 

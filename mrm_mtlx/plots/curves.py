@@ -86,7 +86,16 @@ def lobe_curve(name: str, variant: str, lobe: Lobe, theta_l: float, azimuth: flo
         Angle of the light [rad], in [0, pi/2).
     azimuth
         Angle between the planes of v and of l [rad].
+
+    Raises
+    ------
+    ValueError
+        If the lobe has values that are not finite, as parameters beyond double precision give.
     """
     theta_v = view_angles(theta_l)
-    f = lobe.eval(directions(theta_v, azimuth), directions(theta_l))
+    with np.errstate(all="ignore"):
+        f = lobe.eval(directions(theta_v, azimuth), directions(theta_l))
+    if not np.all(np.isfinite(f)):
+        msg = f"the lobe '{name}' has values that are not finite; its parameters are too small or too large"
+        raise ValueError(msg)
     return Curve(name, variant, theta_l, theta_v, luminance(f))

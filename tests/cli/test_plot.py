@@ -240,6 +240,8 @@ WRONG = {
     "-o a.png --model lambert --roughness 0.5": "roughness is no parameter of lambert, but of",
     "-o a.png --element m": "only with a document",
     "-o a.png --measured b.dat": "only with --figure 4",
+    "-o a.png --alpha 1e-200": "the lobe 'ordinary' has values that are not finite",
+    "-o a.png --model conductor --ior 1e200": "the lobe 'ordinary' has values that are not finite",
     "{metal} -o a.png --alpha 0.1": "--alpha: not with a document",
     "{metal} -o a.png --retroreflective": "--retroreflective: not with a document",
     "{metal} -o a.png --model eon": "--model: not with a document",

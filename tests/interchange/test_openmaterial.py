@@ -174,3 +174,12 @@ def test_half_of_a_surrogate_pair_survives(saved, tmp_path):
     file = openmaterial.read(saved(b'{"a": "\\ud800", "b": "\xc3\xa9"}'))
     openmaterial.write(openmaterial.merged(file, RetroreflectivityData(1.0, "")), tmp_path / "new.json")
     assert openmaterial.read(tmp_path / "new.json").data | {BLOCK: 0} == {"a": "\ud800", "b": "é", BLOCK: 0}
+
+
+def test_a_name_that_stands_twice_among_many_is_found_at_once(tmp_path):
+    # Counting each name anew would take minutes.
+    names = ", ".join(f'"n{i}": 0' for i in range(100_000))
+    path = tmp_path / "material.json"
+    path.write_text(f'{{{names}, "twice": 1, "twice": 2}}', encoding="utf-8")
+    with pytest.raises(ValueError, match="twice"):
+        openmaterial.read(path)

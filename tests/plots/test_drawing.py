@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from mrm_mtlx import bsdf
 from mrm_mtlx.measured import Measurement
 from mrm_mtlx.plots import drawing, paper, style
-from mrm_mtlx.plots.curves import lobe_curve
+from mrm_mtlx.plots.curves import Curve, lobe_curve
 
 COLUMN_INCH = 8.5 / 2.54
 
@@ -272,3 +272,11 @@ def test_a_picture_is_there_whole_or_not_at_all(tmp_path, monkeypatch):
         drawing.save(figure, path)
     assert [p.name for p in tmp_path.iterdir()] == ["a.svg"]
     assert path.read_text(encoding="utf-8") == "what was there"
+
+
+def test_a_black_lobe_can_be_drawn_on_a_logarithmic_scale():
+    theta = np.linspace(-1.5, 1.5, 5)
+    figure = drawing.lobes([Curve("black", "", 0.5, theta, np.zeros(5))], "log")
+    (axes,) = figure.axes
+    low, high = axes.get_ylim()
+    assert 0.0 < low < 1.0 / np.pi < high
