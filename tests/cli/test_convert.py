@@ -6,25 +6,23 @@ import json
 import re
 import shlex
 import textwrap
+from functools import partial
 from pathlib import Path
 
 import pytest
 import typer
-from typer.testing import CliRunner
 
 from mrm_mtlx.cli.convert import convert
-from mrm_mtlx.cli.main import app
 
 NOTHING = dict.fromkeys(("output", "to", "into", "at", "compare", "observation", "entrance", "element"))
 TAPE = Path(__file__).parents[2] / "materials" / "conspicuity_tape_white.mtlx"
 
 
 @pytest.fixture
-def here(monkeypatch, tmp_path):
-    """Function from arguments to the finished command, in this process and in the test's folder."""
-    monkeypatch.chdir(tmp_path)
+def here(in_process, tmp_path):
+    """Function from arguments of `mrm convert` to the finished command, run beside the materials."""
     (tmp_path / "materials").symlink_to(TAPE.parent)
-    return lambda *arguments: CliRunner().invoke(app, ["convert", *map(str, arguments)])
+    return partial(in_process, "convert")
 
 
 def test_the_commands_of_the_page_run_and_it_shows_what_they_write(here, repository):

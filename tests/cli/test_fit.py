@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from functools import partial
 
 import MaterialX as mx
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from mrm_mtlx.cli.main import app
 from mrm_mtlx.measured import read
 from mrm_mtlx.measured.model import Evaluator, Family
 from mrm_mtlx.photometry import coefficient, document_brdf, luminance
@@ -33,10 +32,9 @@ def table() -> str:
 
 
 @pytest.fixture
-def called(tmp_path, monkeypatch):
-    """Function from arguments to the result of the command in this process, in the test's folder."""
-    monkeypatch.chdir(tmp_path)
-    return lambda *arguments: CliRunner().invoke(app, ["fit", *arguments])
+def called(in_process):
+    """Function from arguments of `mrm fit` to the finished command."""
+    return partial(in_process, "fit")
 
 
 @pytest.fixture
@@ -164,7 +162,7 @@ def commands_of_the_page(repository):
     return [shlex.split(line) for line in re.findall(r"^    mrm (.*)$", text, re.MULTILINE)]
 
 
-def test_the_commands_of_the_page_run(called, gl, repository, tmp_path, table):
+def test_the_commands_of_the_page_run(in_process, gl, repository, tmp_path, table):
     # Small data under the names on the page: the tape itself is not the project's, and its whole fit takes 15 s.
     for name, column in (("data.csv", "f_per_sr"), ("retro_3m_yellow.dat", "f_cos_l_per_sr")):
         (tmp_path / name).write_text(table.replace("f_per_sr", column), encoding="utf-8")
@@ -175,7 +173,7 @@ def test_the_commands_of_the_page_run(called, gl, repository, tmp_path, table):
             arguments = [*arguments, "--size", "32"]
         elif "retro_3m_yellow.dat" in arguments and "--model" not in arguments:
             arguments = [*arguments, "--model", "paper"]  # one family in place of twenty
-        done = CliRunner().invoke(app, arguments)
+        done = in_process(*arguments)
         assert done.exit_code == 0, (arguments, done.stderr)
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
 

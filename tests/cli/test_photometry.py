@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from functools import partial
 from pathlib import Path
 
 import jsonschema
 import pytest
-from typer.testing import CliRunner
 
 from mrm_mtlx.cli import photometry
-from mrm_mtlx.cli.main import app
 from mrm_mtlx.photometry.color import METHODS
 from mrm_mtlx.photometry.standards import MISSING, classes, standards
 
@@ -32,16 +31,9 @@ DIFFUSER = """<?xml version="1.0"?>
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    """Function from arguments to the finished command, run in this process and the test's folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object):
-        done = CliRunner().invoke(app, ["photometry", *map(str, arguments)], prog_name="mrm")
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        return done
-
-    return run
+def here(in_process):
+    """Function from arguments of `mrm photometry` to the finished command."""
+    return partial(in_process, "photometry")
 
 
 @pytest.fixture

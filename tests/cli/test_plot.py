@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import re
 import shlex
+from functools import partial
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.text import Text
-from typer.testing import CliRunner
 
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
 from mrm_mtlx.cli import plot
-from mrm_mtlx.cli.main import app
 from mrm_mtlx.plots import drawing, style
 from mrm_mtlx.plots.parameters import PARAMETERS
 
@@ -33,19 +32,9 @@ ALTA = """#DIM 3 1
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    """Function from arguments to the finished command, run in this process and the test's folder: a second less each.
-
-    What a process of its own adds is tested with every command, and below with one call of each kind.
-    """
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object):
-        done = CliRunner().invoke(app, ["plot", *map(str, arguments)], prog_name="mrm")
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        return done
-
-    return run
+def here(in_process):
+    """Function from arguments of `mrm plot` to the finished command."""
+    return partial(in_process, "plot")
 
 
 @pytest.fixture
