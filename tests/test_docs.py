@@ -7,7 +7,9 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from mrm_mtlx.engines.osl import availability as osl_availability
@@ -25,6 +27,7 @@ PAGES = (
     "docs/osl.md",
     "docs/photometry.md",
     "docs/plots.md",
+    "docs/prismatic.md",
     "docs/reference.md",
     "materials/README.md",
 )
@@ -151,6 +154,16 @@ def test_the_snippet_of_photometry_runs(capsys: pytest.CaptureFixture[str]) -> N
     assert round(numbers[-2], 2) == 6.89
     # Nearly all of the lobe's tenth comes back within 2 degrees: t^2 / (a^2 + t^2) = 0.950 with t = tan(1 deg).
     assert round(numbers[-1], 3) == 0.095
+
+
+def test_the_snippet_of_prismatic_sheeting_runs() -> None:
+    text = (REPOSITORY / "docs/prismatic.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^    (from mrm_mtlx.*|sheet = .*)$", text, re.MULTILINE)
+    names: dict[str, Any] = {}
+    exec("\n".join(lines), names)
+    v = np.array([0.0, 0.0, 1.0])
+    red, green, blue = names["sheet"].eval(v, v)
+    assert red > green > blue > 0.0  # the tint of the snippet is orange
 
 
 def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mrm_mtlx.cli.options import Seed, TableFormat
+from mrm_mtlx.cli.options import Seed, TableFormat, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -141,9 +141,12 @@ def fit(
 
         check_output(plot, "--plot")
     if classes or given == ["--class"]:
-        _refuse({**of_data, **of_coefficients, **of_both, "--name": name}, f"not with {given[0]}")
+        of_fits = {**of_data, **of_coefficients, **of_both, "--name": name, "--seed": seed or None}
+        _refuse(of_fits, f"not with {given[0]}")
         _fit_classes(output, of_class, report_format, every=classes)
         return
+    if model is ModelName.PAPER:
+        _refuse({"--criterion": criterion}, "not with --model paper, whose layers are fixed")
     _check_positive({"--theta-max": theta_max, "--around": around, "--loss-scale": loss_scale})
     report = None
     if data is not None:
@@ -315,7 +318,7 @@ def _finding(error: ValueError) -> typer.Exit:
 
 def _command(data: Path | None, coefficients: Sequence[str] | None, options: dict[str, Any], seed: int) -> str:
     """The command without its paths' folders and without where it wrote."""
-    words = ["mrm fit", *([data.name] if data else []), *(f"--ra {text}" for text in coefficients or [])]
+    words = ["mrm fit", *([printable(data.name)] if data else []), *(f"--ra {text}" for text in coefficients or [])]
     for option, value in options.items():
         if option == "--plot" or value is None:
             continue

@@ -52,6 +52,8 @@ _VALUES = (("f",), ("f_r", "f_g", "f_b"), ("f_cos_l",), ("f_cos_l_r", "f_cos_l_g
 
 MAXIMUM_BYTES = 64 * 2**20
 MAXIMUM_SAMPLES = 1_000_000
+# Of coefficients, all are fitted and all are drawn; a goniometer's whole table has some thousands.
+MAXIMUM_COEFFICIENTS = 20_000
 
 
 class _Column(NamedTuple):
@@ -104,8 +106,8 @@ def _table(stream: BinaryIO, name: str) -> Measurement | CoefficientSamples:
             name = value.strip() if colon and key.strip() == "name" else name
         elif not columns:
             columns, header = _header(text, number), number
-        elif len(rows) == MAXIMUM_SAMPLES:
-            raise LineError(number, f"more than the {MAXIMUM_SAMPLES} samples that are read")
+        elif len(rows) == (most := _most(columns)):
+            raise LineError(number, f"more than the {most} samples that are read")
         else:
             rows.append(_row(text, number, columns))
             places.append(number)
@@ -119,6 +121,12 @@ def _table(stream: BinaryIO, name: str) -> Measurement | CoefficientSamples:
     titles = {column.quantity: column.title for column in columns}
     table = _Table(values, titles, places)
     return _brdf(table, name) if "theta_l" in values else _coefficients(table, name)
+
+
+def _most(columns: list[_Column]) -> int:
+    """Rows that are read."""
+    of_geometry = any(column.quantity in _GEOMETRY for column in columns)
+    return MAXIMUM_COEFFICIENTS if of_geometry else MAXIMUM_SAMPLES
 
 
 class _Table(NamedTuple):

@@ -138,11 +138,13 @@ def test_data_that_cannot_be_fitted_are_a_finding_of_one_line(called, tmp_path, 
         ("--ra", "0.2:-4:250", "--tint", "0,0,0"),
         ("tape.csv", "--tint", "1,0,0"),
         ("tape.csv", "--residual", "cubic"),
+        ("tape.csv", "--model", "paper", "--criterion", "aicc"),
         ("tape.csv", "--theta-max", "0"),
         ("tape.csv", "--loss-scale", "nan"),
         ("tape.csv", "--plot", "tape.gif"),
         ("--class", "DOT-C2", "--colour", "mauve"),
         ("--class", "DOT-C2", "--colour", "red", "--residual", "log"),
+        ("--class", "DOT-C2", "--colour", "red", "--seed", "3"),
         ("--classes", "--class", "DOT-C2"),
     ],
     ids=" ".join,
@@ -152,6 +154,13 @@ def test_a_wrong_call_is_a_usage_message(called, data, tmp_path, arguments):
     assert (done.exit_code, done.stdout) == (2, ""), done.stderr
     assert done.stderr.strip().splitlines()[-1].startswith("Error: ")
     assert not (tmp_path / "sheet.mtlx").exists()
+
+
+def test_a_name_with_control_characters_does_not_reach_the_document(called, table, tmp_path):
+    (tmp_path / "ta\x1b[31mpe.csv").write_text(table, encoding="utf-8")
+    done = called("ta\x1b[31mpe.csv", "-o", "sheet.mtlx", "--model", "paper")
+    assert done.exit_code == 0, done.stderr
+    assert (tmp_path / "sheet.mtlx").read_text(encoding="utf-8").replace("\n", "").isprintable()
 
 
 # The page

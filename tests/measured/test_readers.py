@@ -112,6 +112,8 @@ def test_more_samples_than_the_bound_are_refused(written, monkeypatch):
     monkeypatch.setattr(table, "MAXIMUM_SAMPLES", 2)
     assert len(read_table(written(BRDF + "15,14,0,1\n" * 2))) == 2
     assert "line 4: more than the 2 samples" in refusal(written(BRDF + "15,14,0,1\n" * 3))
+    monkeypatch.setattr(table, "MAXIMUM_COEFFICIENTS", 1)
+    assert "line 3: more than the 1 samples" in refusal(written(RA + "0.2,5,100\n" * 2))
 
 
 # MERL
