@@ -12,9 +12,7 @@ read back from there. A file is looked through for the block; a new one holds no
 from __future__ import annotations
 
 import json
-import math
 import re
-from collections import Counter
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,6 +20,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from mrm_mtlx import __version__
+from mrm_mtlx.interchange import json_text
+from mrm_mtlx.interchange.json_text import kind, printable, shown
 from mrm_mtlx.library.files import replacing
 from mrm_mtlx.photometry import coefficient, luminance
 
@@ -41,11 +41,6 @@ MAXIMUM_BYTES = 16 * 2**20
 MAXIMUM_DEPTH = 100
 # Digits of the coefficient that is written.
 DIGITS = 6
-
-# Digits of a whole number: what a double can hold has some 300, and Python refuses 4300.
-_LONGEST_NUMBER = 400
-# Characters of a file's text that a message shows.
-_LONGEST = 80
 
 _NUMBER = r"([-+]?\d+(?:\.\d+)?)"
 _OBSERVATION = re.compile(rf"\bobservation angle {_NUMBER} deg\b")
@@ -147,7 +142,7 @@ def read(path: Path) -> OpenMaterialFile:
         data = _parse(path)
         places = list(_places(data))
         if len(places) > 1:
-            msg = f"{BLOCK} stands there twice, at {_shown(places[0][0])} and {_shown(places[1][0])}; expected one"
+            msg = f"{BLOCK} stands there twice, at {shown(places[0][0])} and {shown(places[1][0])}; expected one"
             raise ValueError(msg)
         if not places:
             return OpenMaterialFile(data, None, None)
@@ -155,7 +150,7 @@ def read(path: Path) -> OpenMaterialFile:
         return OpenMaterialFile(data, place, _checked(block, place))
     except (ValueError, RecursionError) as error:
         what = _TOO_DEEP if isinstance(error, RecursionError) else str(error)
-        msg = f"{path.name}: {_printable(what)}"
+        msg = f"{path.name}: {printable(what)}"
         raise ValueError(msg) from None
 
 
@@ -204,50 +199,7 @@ def _parse(path: Path) -> dict[str, Any]:
     if len(content) > MAXIMUM_BYTES:
         msg = f"larger than the {MAXIMUM_BYTES // 2**20} MiB that are read"
         raise ValueError(msg)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        msg = f"byte {error.start} is not UTF-8; expected a JSON file"
-        raise ValueError(msg) from None
-    try:
-        data = json.loads(
-            text, object_pairs_hook=_object, parse_constant=_constant, parse_float=_finite, parse_int=_whole
-        )
-    except json.JSONDecodeError as error:
-        msg = f"line {error.lineno}, column {error.colno}: no JSON: {error.msg}"
-        raise ValueError(msg) from None
-    if not isinstance(data, dict):
-        msg = f"it holds {_kind(data)}; expected a JSON object"
-        raise ValueError(msg)
-    return data
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        twice = next(name for name, times in Counter(name for name, _ in pairs).items() if times > 1)
-        msg = f"the name {_shown(twice)} stands twice in one object"
-        raise ValueError(msg)
-    return found
-
-
-def _constant(word: str) -> float:
-    msg = f"{word} is no JSON number"
-    raise ValueError(msg)
-
-
-def _whole(word: str) -> int:
-    if len(word) > _LONGEST_NUMBER:
-        msg = f"a number has more than {_LONGEST_NUMBER} digits"
-        raise ValueError(msg)
-    return int(word)
-
-
-def _finite(word: str) -> float:
-    if math.isinf(number := float(word)):
-        msg = f"the number {_shown(word)} is too large"
-        raise ValueError(msg)
-    return number
+    return json_text.parse(content)
 
 
 def _places(data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -259,7 +211,7 @@ def _places(data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
             raise ValueError(_TOO_DEEP)
         named = parent.items() if isinstance(parent, dict) else enumerate(parent)
         for key, child in named:
-            place = f"{pointer}/{_escaped(str(key))}"
+            place = pointer + json_text.pointer(key)
             if key == BLOCK:
                 yield place, child
             if isinstance(child, dict | list):
@@ -270,9 +222,9 @@ _TOO_DEEP = f"nested more than {MAXIMUM_DEPTH} deep, which is not read"
 
 
 def _checked(block: Any, pointer: str) -> RetroreflectivityData:
-    place = _shown(pointer, "")
+    place = shown(pointer, "")
     if not isinstance(block, dict):
-        msg = f"{place}: expected an object, got {_kind(block)}"
+        msg = f"{place}: expected an object, got {kind(block)}"
         raise ValueError(msg)
     for name in (COEFFICIENT, SOURCES):
         if name not in block:
@@ -280,13 +232,13 @@ def _checked(block: Any, pointer: str) -> RetroreflectivityData:
             raise ValueError(msg)
     value, sources = block[COEFFICIENT], block[SOURCES]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        msg = f"{place}/{COEFFICIENT}: expected a number, got {_kind(value)}"
+        msg = f"{place}/{COEFFICIENT}: expected a number, got {kind(value)}"
         raise ValueError(msg)
     if not SMALLEST <= value <= LARGEST:
-        msg = f"{place}/{COEFFICIENT}: expected {SMALLEST:g} to {LARGEST:g} cd/(lx m^2), got {_shown(str(value), '')}"
+        msg = f"{place}/{COEFFICIENT}: expected {SMALLEST:g} to {LARGEST:g} cd/(lx m^2), got {shown(str(value), '')}"
         raise ValueError(msg)
     if not isinstance(sources, str):
-        msg = f"{place}/{SOURCES}: expected a string, got {_kind(sources)}"
+        msg = f"{place}/{SOURCES}: expected a string, got {kind(sources)}"
         raise ValueError(msg)
     return RetroreflectivityData(float(value), sources)
 
@@ -301,29 +253,11 @@ def _object_at(data: dict[str, Any], pointer: str) -> dict[str, Any]:
         else:
             value = value.get(key) if isinstance(value, dict) and pointer.startswith("/") else None
     if not isinstance(value, dict):
-        msg = f"there is no object at {_shown(pointer)}; expected a JSON pointer to one, as /parent"
+        msg = f"there is no object at {shown(pointer)}; expected a JSON pointer to one, as /parent"
         raise ValueError(msg)
     return value
 
 
-def _escaped(key: str) -> str:
-    return key.replace("~", "~0").replace("/", "~1")
-
-
-def _kind(value: Any) -> str:
-    names = {type(None): "null", bool: "a boolean", str: "a string", list: "an array", dict: "an object"}
-    return names.get(type(value), "a number")
-
-
-def _shown(text: str, quote: str = "'") -> str:
-    """Text of a file in a message."""
-    return f"{quote}{text if len(text) <= _LONGEST else text[:_LONGEST] + '...'}{quote}"
-
-
 def _plain(text: str) -> str:
     """Text without what separates sources, and without control characters."""
-    return _printable(text.replace(",", ";"))
-
-
-def _printable(text: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in text)
+    return printable(text.replace(",", ";"))

@@ -1,0 +1,90 @@
+"""JSON that nobody vouches for: parsed strictly, and shown in messages."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from typing import Any
+
+# Digits of a whole number: what a double can hold has some 300, and Python refuses 4300.
+_LONGEST_NUMBER = 400
+# Characters of a file's text that a message shows.
+_LONGEST = 80
+
+
+def parse(content: bytes) -> dict[str, Any]:
+    """The object that a file holds.
+
+    Raises
+    ------
+    ValueError
+        With the place, if it is no UTF-8, no JSON object of finite numbers, or says a name of an object twice.
+    RecursionError
+        If it is nested more deeply than Python follows, some hundred levels.
+    """
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        msg = f"byte {error.start} is not UTF-8; expected a JSON file"
+        raise ValueError(msg) from None
+    try:
+        data = json.loads(
+            text, object_pairs_hook=_object, parse_constant=_constant, parse_float=_finite, parse_int=_whole
+        )
+    except json.JSONDecodeError as error:
+        msg = f"line {error.lineno}, column {error.colno}: no JSON: {error.msg}"
+        raise ValueError(msg) from None
+    if not isinstance(data, dict):
+        msg = f"it holds {kind(data)}; expected a JSON object"
+        raise ValueError(msg)
+    return data
+
+
+def pointer(*keys: str | int) -> str:
+    """JSON pointer to what these keys lead to (RFC 6901)."""
+    return "".join(f"/{str(key).replace('~', '~0').replace('/', '~1')}" for key in keys)
+
+
+def kind(value: Any) -> str:
+    """What a value is, in the words of JSON, with an article."""
+    names = {type(None): "null", bool: "a boolean", str: "a string", list: "an array", dict: "an object"}
+    return names.get(type(value), "a number")
+
+
+def shown(text: str, quote: str = "'") -> str:
+    """Text of a file in a message, shortened."""
+    return f"{quote}{text if len(text) <= _LONGEST else text[:_LONGEST] + '...'}{quote}"
+
+
+def printable(text: str) -> str:
+    """Text without control characters."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice = next(name for name, times in Counter(name for name, _ in pairs).items() if times > 1)
+        msg = f"the name {shown(twice)} stands twice in one object"
+        raise ValueError(msg)
+    return found
+
+
+def _constant(word: str) -> float:
+    msg = f"{word} is no JSON number"
+    raise ValueError(msg)
+
+
+def _whole(word: str) -> int:
+    if len(word) > _LONGEST_NUMBER:
+        msg = f"a number has more than {_LONGEST_NUMBER} digits"
+        raise ValueError(msg)
+    return int(word)
+
+
+def _finite(word: str) -> float:
+    if math.isinf(number := float(word)):
+        msg = f"the number {shown(word)} is too large"
+        raise ValueError(msg)
+    return number
