@@ -15,7 +15,8 @@ PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 LAYERS = (
     {"cli"},
     {"plots"},
-    {"validation", "render", "measured", "interchange"},
+    {"validation", "render", "measured"},
+    {"interchange"},
     {"photometry"},
     {"engines", "reference"},
     {"shadergen"},
@@ -23,7 +24,7 @@ LAYERS = (
 )
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 # Heavy packages that no command may load before it needs them.
-HEAVY = ("MaterialX", "numpy", "moderngl", "OpenImageIO", "rich", "pebble", "slangpy", "matplotlib", "scipy")
+HEAVY = ("MaterialX", "numpy", "moderngl", "OpenImageIO", "rich", "pebble", "slangpy", "matplotlib", "scipy", "pxr")
 
 
 def imports(path: Path) -> set[str]:

@@ -1,4 +1,4 @@
-"""`mrm convert`: what a document says in another format."""
+"""`mrm convert`: a document in another format, and a file of another format as a document."""
 
 from __future__ import annotations
 
@@ -9,20 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from mrm_mtlx.interchange.openmaterial import Geometry, OpenMaterialFile
-    from mrm_mtlx.photometry.coefficients import Brdf
+    from mrm_mtlx.cli.openmaterial import Options
 
 
 class FormatName(StrEnum):
-    """Formats that are written."""
+    """Formats that a file of any ending may have."""
 
     OPENMATERIAL = "openmaterial"
 
 
-# The format that a file's ending means.
-ENDINGS = {".json": FormatName.OPENMATERIAL}
-# R_A of a file and of a document that are called equal: labs state some percent, files a few digits.
-EQUAL_WITHIN = 0.01
+# The ending of OpenMATERIAL's files; the other formats are in the table of `interchange.formats`.
+OPENMATERIAL_SUFFIX = ".json"
 
 
 def register(app: typer.Typer) -> None:
@@ -31,10 +28,11 @@ def register(app: typer.Typer) -> None:
 
 
 def convert(
-    path: Annotated[Path, typer.Argument(metavar="PATH", help="A document.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="What to write; its ending names the format.")
+    path: Annotated[Path, typer.Argument(metavar="PATH", help="A document, or a file of another format.")],
+    written: Annotated[
+        Path | None, typer.Argument(metavar="[OUTPUT]", help="What to write; its ending names the format.")
     ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The same as OUTPUT.")] = None,
     to: Annotated[FormatName | None, typer.Option("--to", help="The format, whatever the ending.")] = None,
     into: Annotated[
         Path | None, typer.Option("--into", metavar="FILE", help="An OpenMATERIAL file whose other data are kept.")
@@ -54,98 +52,64 @@ def convert(
         float | None, typer.Option("--entrance", metavar="DEG", help="Entrance angle of R_A. Default: -4.")
     ] = None,
     element: Annotated[
-        str | None, typer.Option("--element", metavar="NAME", help="Renderable element; default: the first.")
+        str | None, typer.Option("--element", metavar="NAME", help="Element whose R_A it is; default: the first.")
     ] = None,
 ) -> None:
-    """Write a document's coefficient of retroreflection as OpenMATERIAL 3D has it, or compare it with such a file."""
-    _check(output, to, into, at, compare)
-    from mrm_mtlx.interchange import openmaterial
+    """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it."""
+    from mrm_mtlx.cli import openmaterial
 
-    source = compare or into
-    try:
-        file = None if source is None else openmaterial.read(source)
-    except (ValueError, OSError) as error:
-        raise typer.BadParameter(str(error), param_hint="--compare" if compare else "--into") from error
-    stated = file.block.geometry if compare and file is not None and file.block is not None else None
-    geometry = _geometry(observation, entrance, stated or openmaterial.Geometry())
-    brdf = _brdf(path, element)
-    if compare is not None:
-        assert file is not None
-        _compare(file, compare, brdf, geometry)
-        return
-    assert output is not None
-    try:
-        block = openmaterial.of_brdf(brdf, path.name, geometry)
-        openmaterial.write(openmaterial.merged(file, block, at or ""), output)
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-    except OSError as error:
-        message = f"{output} cannot be written: {error.strerror}"
-        raise typer.BadParameter(message, param_hint="--output") from error
-    typer.echo(f"wrote {output}", err=True)
-
-
-def _check(output: Path | None, to: FormatName | None, into: Path | None, at: str | None, compare: Path | None) -> None:
-    """Options that do not go together are a usage error."""
+    if written is not None and output is not None:
+        raise typer.BadParameter(f"{written} is to be written already", param_hint="--output")
+    output = written or output
+    options = openmaterial.Options(into, at, compare, observation, entrance, element)
     if compare is not None:
         for name, value in (("--output", output), ("--to", to), ("--into", into), ("--at", at)):
             if value is not None:
                 raise typer.BadParameter("not with --compare, which writes nothing", param_hint=name)
+        openmaterial.convert(path, None, options)
         return
     if output is None:
-        raise typer.BadParameter("expected a file to write, or --compare", param_hint="--output")
-    if at is not None and into is None:
-        raise typer.BadParameter("only with --into, whose objects it names", param_hint="--at")
-    if to is None and output.suffix.lower() not in ENDINGS:
-        expected = f"expected a name that ends in {', '.join(ENDINGS)}, or --to"
-        raise typer.BadParameter(f"{output}: {expected}", param_hint="--output")
+        raise typer.BadParameter("expected a file to write, or --compare", param_hint="OUTPUT")
     if not output.parent.is_dir():
         message = f"{output} cannot be written: the folder {output.parent} does not exist"
-        raise typer.BadParameter(message, param_hint="--output")
+        raise typer.BadParameter(message, param_hint="OUTPUT")
+    if to is FormatName.OPENMATERIAL or output.suffix.lower() == OPENMATERIAL_SUFFIX:
+        openmaterial.convert(path, output, options)
+    else:
+        _refuse(options)
+        _translate(path, output)
 
 
-def _geometry(observation: float | None, entrance: float | None, default: Geometry) -> Geometry:
-    from mrm_mtlx.interchange.openmaterial import Geometry
-
-    given = Geometry(
-        default.observation_deg if observation is None else observation,
-        default.entrance_deg if entrance is None else entrance,
-    )
-    for value, lower, name in zip(given, (0.0, -90.0), ("--observation", "--entrance"), strict=True):
-        if not lower <= value <= 90.0:
-            raise typer.BadParameter(f"{value:g}: expected {lower:g} to 90 degrees", param_hint=name)
-    return given
+def _refuse(options: Options) -> None:
+    """Options that are for OpenMATERIAL alone."""
+    for name, value in options._asdict().items():
+        if value is not None:
+            raise typer.BadParameter(f"only for {OPENMATERIAL_SUFFIX}, OpenMATERIAL", param_hint=f"--{name}")
 
 
-def _brdf(path: Path, element: str | None) -> Brdf:
-    """The BRDF of the document's first surface, or the named one."""
-    import numpy as np
+def _translate(path: Path, output: Path) -> None:
+    """Read a file of one format, write one of another; what is lost goes to stderr."""
+    from mrm_mtlx.cli.documents import open_document, print_findings
+    from mrm_mtlx.interchange.formats import DOCUMENT, SUFFIXES, format_of
+    from mrm_mtlx.library import load_library
+    from mrm_mtlx.validation.findings import finding
 
-    from mrm_mtlx.cli.documents import open_surfaces
-    from mrm_mtlx.photometry import surface_brdf
-
-    chosen = open_surfaces(path, element)[0]
-    brdf = surface_brdf(chosen.surface)
-    normal = np.array([0.0, 0.0, 1.0])
-    brdf(normal, normal)  # images are read when they are needed, and what is wrong with them is known then
-    chosen.refuse_missing_images()
-    return brdf
-
-
-def _compare(file: OpenMaterialFile, path: Path, brdf: Brdf, geometry: Geometry) -> None:
-    """Print both values; exit status 1 if they differ."""
-    from mrm_mtlx.interchange import openmaterial
-
-    if file.block is None:
-        raise typer.BadParameter(f"{path.name} has no {openmaterial.BLOCK}", param_hint="--compare")
+    form, source = format_of(output), format_of(path) or DOCUMENT
+    if form is None:
+        expected = f"expected a name that ends in {', '.join((*SUFFIXES, OPENMATERIAL_SUFFIX))}, or --to"
+        raise typer.BadParameter(f"{output}: {expected}", param_hint="OUTPUT")
+    if output.exists() and path.exists() and output.samefile(path):
+        raise typer.BadParameter(f"{output} is the file to be read", param_hint="OUTPUT")
+    if form is source:
+        raise typer.BadParameter(f"{path} is {form.name} already", param_hint="OUTPUT")
+    library = load_library()
+    opened = open_document(path, library, None)
     try:
-        value = openmaterial.r_a(brdf, geometry)
+        remarks = form.write(opened.imported, output, library)
     except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-    stated = "as the file states" if file.block.geometry == geometry else "the file states other angles or none"
-    angles = f"observation {geometry.observation_deg:g} deg, entrance {geometry.entrance_deg:g} deg ({stated})"
-    equal = abs(value - file.block.coefficient) <= EQUAL_WITHIN * max(value, file.block.coefficient)
-    typer.echo(f"R_A, cd/(lx m^2), at {angles}: document {value:.6g}, file {file.block.coefficient:.6g}")
-    typer.echo(f"{'PASSED' if equal else 'FAILED'}  {'equal' if equal else 'different'} within {EQUAL_WITHIN:.0%}")
-    if not equal:
-        raise typer.Exit(1)
+        raise typer.BadParameter(f"{path}: {error}", param_hint="PATH") from error
+    except OSError as error:
+        message = f"{output} cannot be written: {error.strerror}"
+        raise typer.BadParameter(message, param_hint="OUTPUT") from error
+    print_findings([finding(*remark._replace(place=opened.imported.place(remark.place))) for remark in remarks])
+    typer.echo(f"wrote {output}", err=True)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
@@ -9,22 +13,27 @@ import typer
 from mrm_mtlx.cli.options import printable
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from mrm_mtlx.interchange.imported import Imported
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
     from mrm_mtlx.validation.drawing import DocumentImages
+    from mrm_mtlx.validation.findings import Finding
 
 
 class OpenDocument(NamedTuple):
     """A document and the renderable elements in question; the elements live as long as the document is held."""
 
-    document: Any
+    imported: Imported
     elements: list[Any]
+
+    @property
+    def document(self) -> Any:
+        """The document itself."""
+        return self.imported.document
 
 
 def open_document(path: Path, library: DataLibrary, element: str | None) -> OpenDocument:
-    """A document with its renderable elements, or the one that is named.
+    """A document, or a file of another format as one, with its renderable elements, or the one that is named.
 
     Raises
     ------
@@ -37,26 +46,24 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
     from mrm_mtlx.shadergen import renderable_elements
     from mrm_mtlx.validation.findings import Severity, finding
     from mrm_mtlx.validation.graph_checks import check_graph
-    from mrm_mtlx.validation.reading import ReadError, read_document
+    from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 
     if path.is_dir():
         raise typer.BadParameter(f"{path} is a folder; name one document", param_hint="PATH")
-    document = None
+    imported = None
     if not path.exists():
         findings = [finding("READ_MISSING", "", f"'{path}' does not exist")]
     else:
         try:
-            document, findings = read_document(path, path.parent, library)
-            findings = findings + check_graph(document, path.parent, path.parent)
+            imported, findings = read_document(path, path.parent, library, _scratch())
+            checked = check_graph(imported.document, imported.folder, imported.root)
+            findings = findings + [in_file(found, imported) for found in checked]
         except ReadError as error:
             findings = [error.finding]
-    for found in findings:
-        place = f" {found.location}" if found.location else ""
-        typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
-        typer.echo(f"    {found.hint}", err=True)
-    if document is None or any(f.severity is Severity.ERROR for f in findings):
+    print_findings(findings)
+    if imported is None or any(f.severity is Severity.ERROR for f in findings):
         raise typer.Exit(1)
-    elements = renderable_elements(document)
+    elements = renderable_elements(imported.document)
     names = [e.getNamePath() for e in elements]
     if element is not None and element not in names:
         raise typer.BadParameter(f"{element}: expected one of {', '.join(names)}", param_hint="--element")
@@ -64,7 +71,22 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         typer.echo(f"{path} has nothing to render", err=True)
         raise typer.Exit(3)
     chosen = [e for e, name in zip(elements, names, strict=True) if element in (None, name)]
-    return OpenDocument(document, chosen)
+    return OpenDocument(imported, chosen)
+
+
+def print_findings(findings: list[Finding]) -> None:
+    """Findings with their remedies, on stderr."""
+    for found in findings:
+        place = f" {found.location}" if found.location else ""
+        typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
+        typer.echo(f"    {found.hint}", err=True)
+
+
+def _scratch() -> Path:
+    """An empty folder, removed when the process ends."""
+    folder = tempfile.mkdtemp(prefix="mrm-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
 
 
 class OpenSurface(NamedTuple):
@@ -98,7 +120,7 @@ def open_surfaces(path: Path, element: str | None) -> list[OpenSurface]:
     opened = open_document(path, load_library(), element)
     for renderable in opened.elements:
         name = renderable.getNamePath()
-        images = DocumentImages(path.parent, path.parent, f"/{name}")
+        images = DocumentImages(opened.imported.folder, opened.imported.root, f"/{name}")
         try:
             found.append(OpenSurface(name, Surface(renderable, images=images), images))
         except (UnsupportedError, RecursionError) as error:

@@ -196,9 +196,11 @@ def _grid(
 
 def _documents(paths: list[Path]) -> list[Path]:
     """Each document once, those of folders in order."""
+    from mrm_mtlx.validation.runner import documents_of
+
     found = []
     for path in paths:
-        found += sorted(path.rglob("*.mtlx"), key=Path.as_posix) if path.is_dir() else [path]
+        found += documents_of(path) if path.is_dir() else [path]
     return list(dict.fromkeys(found))
 
 

@@ -93,7 +93,7 @@ def render(
     try:
         surroundings = None if environment is None else read_image(environment)
         settings = picture.Settings(shape.value, _light_angle(light), size, surroundings, compare)
-        surface = (opened.elements[0], data, path.parent, settings)
+        surface = (opened.elements[0], data, opened.imported.folder, settings)
         if engine is Engine.GL:
             picture.write(picture.render(*surface), output, exposure)
         else:

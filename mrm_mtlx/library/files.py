@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Files: where a name of a document leads, and writing them whole or not at all."""
 
 from __future__ import annotations
 
@@ -7,9 +7,22 @@ import os
 import shutil
 from typing import TYPE_CHECKING
 
+from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+
+__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "replacing", "resolve_inside"]
+
+
+def resolve_inside(name: str, folder: Path, root: Path) -> Path | None:
+    """The file that `name` means in `folder`, links followed; None if it lies outside `root` or nowhere."""
+    try:
+        target = (folder / name).resolve()
+    except (OSError, RuntimeError, ValueError):  # a link that leads to itself, a name with a zero byte
+        return None
+    return target if target.is_relative_to(root.resolve()) else None
 
 
 @contextlib.contextmanager

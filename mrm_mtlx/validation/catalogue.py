@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
+from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES, MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.findings import Rule, Severity
 
 _ERROR, _WARNING = Severity.ERROR, Severity.WARNING
-
-# Bounds of what is read. A document beyond them is not malformed, but nothing in it is worth an unbounded wait.
-MAXIMUM_BYTES = 16 * 2**20
-MAXIMUM_XML_DEPTH = 64
-MAXIMUM_INCLUDES = 64
 
 # Largest albedo that the check lets pass. MaterialX's energy compensation is a fit: an ideal white isotropic lobe comes
 # out at up to 1.086 (alpha 0.0025 at 85 degrees; measured with validation.energy, alpha 0.0025 to 1, 0 to 88 degrees).
@@ -43,7 +39,7 @@ RULES: dict[str, Rule] = {
             "READ_TOO_LARGE",
             _ERROR,
             "file is too large",
-            f"The document, or what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of a "
+            f"The document, with what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of a "
             "few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
             "Split the document; textures and geometry do not belong into it.",
         ),
@@ -64,6 +60,14 @@ RULES: dict[str, Rule] = {
             "Correct the line that is named; an empty file has no materialx element at all.",
         ),
         Rule(
+            "READ_FORMAT",
+            _ERROR,
+            "file is not what its name says",
+            "The file's ending names a format (USD, glTF) that its content does not have: it is of another format, "
+            "empty, cut short or damaged.",
+            "Write the file anew with the program that it comes from, or give it the ending of what it holds.",
+        ),
+        Rule(
             "READ_TOO_DEEP",
             _ERROR,
             "elements are nested too deeply",
@@ -74,10 +78,11 @@ RULES: dict[str, Rule] = {
         Rule(
             "READ_INCLUDE",
             _ERROR,
-            "included document cannot be read",
-            "An xi:include names a document that does not exist, that includes itself, directly or through others, or "
-            f"that takes more than {MAXIMUM_INCLUDES} inclusions.",
-            "Correct the href; break the circle.",
+            "included file cannot be read",
+            "A file that the document is made of (an xi:include of MaterialX; a sublayer, reference, payload or clip of "
+            "USD; a buffer of glTF) does not exist, includes itself, directly or through others, or takes more than "
+            f"{MAXIMUM_INCLUDES} inclusions.",
+            "Correct the name; break the circle.",
         ),
         Rule(
             "READ_OUTSIDE",
@@ -193,6 +198,14 @@ RULES: dict[str, Rule] = {
             "The document has no material, and no output of shader type: there is nothing to generate a shader from. A "
             "library of definitions is such a document.",
             "Add a surfacematerial node with a surface shader.",
+        ),
+        Rule(
+            "INTERCHANGE_LOST",
+            _WARNING,
+            "not carried over into another format",
+            "The file says something that the other format has no form for: an animated value has one value in "
+            "MaterialX, a look of MaterialX has no place in a USD material. What is checked or written is without it.",
+            "Nothing is wrong with the file; do not rely on what is named in the other format.",
         ),
         Rule(
             "RETRO_UNDEFINED",

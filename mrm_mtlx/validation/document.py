@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library import load_library
@@ -9,7 +12,7 @@ from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.element import ElementCheck, sweep_element
 from mrm_mtlx.validation.findings import Severity, finding
 from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.reading import ReadError, read_document
+from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, microfacet_nodes
 from mrm_mtlx.validation.retro_sweep import dissolved
@@ -19,18 +22,32 @@ if TYPE_CHECKING:
 
 
 def check_document(request: Request) -> DocumentResult:
-    """Read, check, generate, compile, run and compare one document."""
+    """Read, check, generate, compile, run and compare one document, or a file of another format as one."""
     result = DocumentResult(request.shown)
-    library = load_library(request.origin)
-    try:
-        document, result.findings = read_document(request.path, request.root, library)
-    except ReadError as error:
-        result.findings = [error.finding]
-        return result
+    with tempfile.TemporaryDirectory(prefix="mrm-") as scratch:
+        try:
+            library = load_library(request.origin)
+            imported, result.findings = read_document(request.path, request.root, library, Path(scratch))
+        except ReadError as error:
+            result.findings = [error.finding]
+            return result
+        # From here on, only the folders of the file names count.
+        request = replace(request, path=imported.folder / request.path.name, root=imported.root)
+        read = len(result.findings)
+        _check(request, imported.document, result)
+    result.findings[read:] = [in_file(found, imported) for found in result.findings[read:]]
+    for renderable in result.renderables:
+        path, of, variant = renderable.name.partition(" + ")
+        renderable.name = imported.place(path) + of + variant
+    return result
+
+
+def _check(request: Request, document: Any, result: DocumentResult) -> None:
+    """Add the findings and results of a document that was read."""
     result.findings += check_graph(document, request.path.parent, request.root)
     blocked = any(f.severity is Severity.ERROR for f in result.findings)
     if any(f.code == "DOC_CYCLE" for f in result.findings):
-        return result
+        return
     elements = renderable_elements(document)
     if not elements:
         result.findings.append(finding("DOC_NO_RENDERABLE", "", "no material and no output of shader type"))
@@ -47,7 +64,6 @@ def check_document(request: Request) -> DocumentResult:
             result.findings += ElementCheck(request, element, renderable, flags).run()
     if request.retro_sweep and not blocked:
         _sweep(request, document, result)
-    return result
 
 
 def _sweep(request: Request, document: Any, result: DocumentResult) -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines import gl
+from mrm_mtlx.library.files import resolve_inside
 from mrm_mtlx.library.images import read_image
 from mrm_mtlx.validation.findings import finding
-from mrm_mtlx.validation.reading import resolve_inside
 from mrm_mtlx.validation.results import TargetResult
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.validation.catalogue import MAXIMUM_BYTES
+from mrm_mtlx.library.files import MAXIMUM_BYTES, resolve_inside
 from mrm_mtlx.validation.findings import Finding, Severity, finding
-from mrm_mtlx.validation.reading import resolve_inside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

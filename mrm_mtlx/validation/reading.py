@@ -1,20 +1,24 @@
 """Reading documents that nobody vouches for: bounded, inside one folder, with a finding for whatever is wrong.
 
 MaterialX's reader is fast and trusting: it recurses over nested elements and opens whatever an include names. What it
-is given here has been parsed once before by expat, which is neither.
+is given here has been parsed once before by expat, which is neither. Other formats are translated by `interchange`,
+whose remarks become findings.
 """
 
 from __future__ import annotations
 
 import codecs
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 
 import MaterialX as mx
 
-from mrm_mtlx.validation.catalogue import MAXIMUM_BYTES, MAXIMUM_INCLUDES, MAXIMUM_XML_DEPTH
+from mrm_mtlx.interchange.formats import DOCUMENT, format_of
+from mrm_mtlx.interchange.imported import Imported, UnreadableError
+from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, resolve_inside
+from mrm_mtlx.limits import MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
@@ -41,17 +45,19 @@ class _Reading:
     duplicates: list[Finding] = field(default_factory=list)
 
 
-def read_document(path: Path, root: Path, library: DataLibrary) -> tuple[mx.Document, list[Finding]]:
-    """Read a document and what it includes, with the data library set.
+def read_document(path: Path, root: Path, library: DataLibrary, scratch: Path) -> tuple[Imported, list[Finding]]:
+    """Read a document, or a file of another format as one, with what it includes and the data library set.
 
     Parameters
     ----------
     path
-        The document.
+        The file. One whose ending is not known is taken for a document.
     root
         Folder outside of which nothing is opened.
     library
         Its definitions.
+    scratch
+        An empty folder for files that are inside of the file, see `interchange.formats`.
 
     Returns
     -------
@@ -63,6 +69,22 @@ def read_document(path: Path, root: Path, library: DataLibrary) -> tuple[mx.Docu
     ReadError
         If it cannot be read, for any reason that lies in the file.
     """
+    form = format_of(path) or DOCUMENT
+    if form is DOCUMENT:
+        return _read_materialx(path, root, library)
+    try:
+        imported = form.read(path, root, library, scratch)
+    except UnreadableError as error:
+        raise ReadError(finding(*error.remark)) from error
+    return imported, [finding(*remark) for remark in imported.remarks]
+
+
+def in_file(found: Finding, imported: Imported) -> Finding:
+    """A finding about the document, with the place in the file that the document was read from."""
+    return replace(found, location=imported.place(found.location)) if imported.places else found
+
+
+def _read_materialx(path: Path, root: Path, library: DataLibrary) -> tuple[Imported, list[Finding]]:
     reading = _Reading(root.resolve())
     _scan(path, reading, ())
     document = mx.createDocument()
@@ -71,16 +93,7 @@ def read_document(path: Path, root: Path, library: DataLibrary) -> tuple[mx.Docu
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(finding("DOC_INVALID", "", f"MaterialX cannot read it: {error}")) from error
-    return document, reading.duplicates
-
-
-def resolve_inside(name: str, folder: Path, root: Path) -> Path | None:
-    """The file that `name` means in `folder`, links followed; None if it lies outside `root` or nowhere."""
-    try:
-        target = (folder / name).resolve()
-    except (OSError, RuntimeError):  # a link that leads to itself leads nowhere
-        return None
-    return target if target.is_relative_to(root.resolve()) else None
+    return Imported(document, folder=path.parent, root=root), reading.duplicates
 
 
 def _scan(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> None:

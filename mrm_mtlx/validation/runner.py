@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import shutil
 import signal
+import tempfile
 from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import resource_tracker
@@ -13,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx import __version__
+from mrm_mtlx.interchange.formats import SUFFIXES
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.request import Request
@@ -24,8 +27,6 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.engines.availability import Availability
     from mrm_mtlx.library import Origin
-
-SUFFIX = ".mtlx"
 
 # Seconds that a worker may take to start.
 _RESTART_S = 60.0
@@ -54,7 +55,7 @@ def validate(
     Parameters
     ----------
     paths
-        Files, or folders that are searched recursively for .mtlx files.
+        Files, or folders that are searched recursively for files of the formats that are read.
     settings
         Targets, samples, seed, processes, filters.
     progress
@@ -84,7 +85,7 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
             continue
         is_folder = path.is_dir()
         root = path if is_folder else path.parent
-        for file in sorted(path.rglob(f"*{SUFFIX}"), key=Path.as_posix) if is_folder else [path]:
+        for file in documents_of(path) if is_folder else [path]:
             name = shown(file, path if is_folder else None)
             problem = _unreadable(file, root if is_folder else None)
             if problem is not None:
@@ -104,6 +105,12 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
                 ),
             )
     return missing, list(requests.values())
+
+
+def documents_of(folder: Path) -> list[Path]:
+    """Files of all formats in a folder and those below it, sorted."""
+    found = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
+    return sorted(found, key=Path.as_posix)
 
 
 def _unreadable(file: Path, root: Path | None) -> Finding | None:
@@ -171,8 +178,13 @@ def _run(
         return []
     results = []
     # Spawned, not forked: a fork would share the parent's OpenGL driver and threads.
+    # Files that a worker unpacks lie in here, so that one that dies leaves nothing behind.
+    scratch = tempfile.mkdtemp(prefix="mrm-")
     pool = pebble.ProcessPool(
-        max_workers=min(settings.jobs, len(requests)), context=multiprocessing.get_context("spawn"), initializer=_mute
+        max_workers=min(settings.jobs, len(requests)),
+        context=multiprocessing.get_context("spawn"),
+        initializer=_prepare,
+        initargs=(scratch,),
     )
     try:
         with _interrupts_held():  # the pool's threads and processes start here, and inherit it
@@ -191,6 +203,7 @@ def _run(
         raise
     finally:
         pool.join()
+        shutil.rmtree(scratch, ignore_errors=True)
     return results
 
 
@@ -223,8 +236,9 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _mute() -> None:
+def _prepare(scratch: str) -> None:
     """Workers return their results; what C++ libraries print meanwhile is noise on the user's terminal."""
+    tempfile.tempdir = scratch
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
     os.dup2(sink, 2)

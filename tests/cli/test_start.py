@@ -20,7 +20,7 @@ COMMANDS = (
 )  # fmt: skip
 
 # Packages that take a tenth of a second and more to import, or need a driver.
-HEAVY = ("MaterialX", "numpy", "rich", "moderngl", "OpenImageIO", "pebble", "slangpy", "scipy", "matplotlib")
+HEAVY = ("MaterialX", "numpy", "rich", "moderngl", "OpenImageIO", "pebble", "slangpy", "scipy", "matplotlib", "pxr")
 
 
 def test_the_version_is_that_of_the_package(mrm, repository):

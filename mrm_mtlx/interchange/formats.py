@@ -1,0 +1,77 @@
+"""The file formats that are read as, or written from, a MaterialX document, by the ending of the file's name."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from mrm_mtlx.interchange.imported import Imported, Remark
+    from mrm_mtlx.library import DataLibrary
+
+
+class Format(NamedTuple):
+    """A format, and the module that has its `read` and `write`, which is imported where it is used."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    module: str
+
+    def read(self, path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
+        """Read a file that nobody vouches for.
+
+        Parameters
+        ----------
+        path, root
+            The file, and the folder outside of which nothing is opened.
+        library
+            Its definitions.
+        scratch
+            An existing empty folder for files that are inside of the file; it has to live as long as they are needed.
+
+        Raises
+        ------
+        UnreadableError
+            If it cannot be read, for any reason that lies in the file.
+        """
+        read: Imported = import_module(self.module).read(path, root, library, scratch)
+        return read
+
+    def write(self, source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
+        """Write a document, whole or not at all; return what of it the format cannot say.
+
+        Parameters
+        ----------
+        source
+            The document; files that it names are looked for in its `folder`, and opened only inside its `root`.
+        path
+            The file; its ending is one of `suffixes`. Whatever stands there is replaced.
+        library
+            The document's definitions.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        ValueError
+            If there is nothing in the document that the format can say.
+        """
+        remarks: list[Remark] = import_module(self.module).write(source, path, library)
+        return remarks
+
+
+DOCUMENT = Format("MaterialX", (".mtlx",), "mrm_mtlx.interchange.materialx")
+# Formats that are translated.
+TRANSLATED = (
+    Format("USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.interchange.usd"),
+)  # fmt: skip
+# Endings of the files that a folder is searched for.
+SUFFIXES = tuple(suffix for form in (DOCUMENT, *TRANSLATED) for suffix in form.suffixes)
+
+
+def format_of(path: Path) -> Format | None:
+    """The format that a file's ending means; None for an ending that is not known."""
+    suffix = path.suffix.lower()
+    return next((form for form in (DOCUMENT, *TRANSLATED) if suffix in form.suffixes), None)
