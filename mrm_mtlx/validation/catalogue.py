@@ -39,8 +39,8 @@ RULES: dict[str, Rule] = {
             "READ_TOO_LARGE",
             _ERROR,
             "file is too large",
-            f"The document, with what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of a "
-            "few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
+            f"The document, with what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of "
+            "a few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
             "Split the document; textures and geometry do not belong into it.",
         ),
         Rule(
@@ -79,8 +79,8 @@ RULES: dict[str, Rule] = {
             "READ_INCLUDE",
             _ERROR,
             "included file cannot be read",
-            "A file that the document is made of (an xi:include of MaterialX; a sublayer, reference, payload or clip of "
-            "USD; a buffer of glTF) does not exist, includes itself, directly or through others, or takes more than "
+            "A file that the document is made of (an xi:include of MaterialX; a sublayer, reference, payload or clip "
+            "of USD; a buffer of glTF) does not exist, includes itself, directly or through others, or takes more than "
             f"{MAXIMUM_INCLUDES} inclusions.",
             "Correct the name; break the circle.",
         ),
