@@ -57,11 +57,11 @@ COMMANDS = {
     "pytest": "(this is the run)",
     "ruff check . && ruff format --check .": "(.ci/run)",
     "mypy": "(.ci/run)",
-    "mrm conformance": "mrm conformance --samples 512 --target glsl --target essl",
+    "mrm conformance": "(tests/cli/test_commands.py runs it)",
     "mrm conformance --library upstream --target glsl --target essl": (
         "mrm conformance --library upstream --target glsl --target essl --samples 512"
     ),
-    "mrm conformance --target osl": "mrm conformance --target osl --samples 512",
+    "mrm conformance --target osl": "(tests/validation/test_conformance_osl.py runs its steps, .ci/run the command)",
     "mrm validate materials/ --target osl": "mrm validate materials/ --target osl --samples 64",
     "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --osl-mode cycles": None,
     "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png": (
@@ -76,10 +76,10 @@ COMMANDS = {
     "mrm plot --roughness 0.4 --light 20 --light 60 --scale polar -o polar.svg": None,
     "mrm plot --model conductor --alpha 0.05 --distribution beckmann --masking v_cavity -o gold.png": None,
     "mrm plot materials/retroreflective_tape_yellow.mtlx --light 15 --light 60 -o tape.svg": None,
-    "mrm plot --figure all -o docs/figures": None,
+    "mrm plot --figure all -o docs/figures": "(tests/cli/test_plot.py draws them)",
     "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
-    "mrm vectors --format csv -o vectors.csv": None,
+    "mrm vectors --format csv -o vectors.csv": "(tests/cli/test_vectors.py writes them)",
     "mrm fit data.csv -o sheet.mtlx": "(tests/cli/test_fit.py has the data)",
     "mrm render sheet.mtlx -o sheet.png": "(tests/cli/test_fit.py has the data)",
 }

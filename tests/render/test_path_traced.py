@@ -74,7 +74,7 @@ def test_a_tape_is_as_bright_under_a_headlight(both, tape_nodes, mode):
 
 def test_a_comparison_has_the_flag_off_and_on(both, tape_nodes):
     # The width of 0.1 is near its aligned twin within 11 %, of the lobe alone.
-    assert_alike(*both(tape_nodes("true"), compare=True, light_degrees=20.0), share=0.12)
+    assert_alike(*both(tape_nodes("true"), compare=True, light_degrees=20.0, shape="cone"), share=0.12)
 
 
 def test_there_is_nothing_to_compare_without_the_flag(both):
@@ -108,7 +108,7 @@ def test_surroundings_lie_the_same_way(both):
 
 
 def test_progress_is_told_and_the_seed_fixes_the_picture(cycles, surface_document, library, tmp_path):
-    settings = picture.Settings("sphere", None, SIZE, np.full((4, 8, 3), 0.5, np.float32), compare=False)
+    settings = picture.Settings("plane", None, SIZE, np.full((4, 8, 3), 0.5, np.float32), compare=False)
     heard: list[tuple[int, int]] = []
 
     def trace(seed: int) -> Array:

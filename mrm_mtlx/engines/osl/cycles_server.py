@@ -22,6 +22,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+# Columns of the map by which directions to the surroundings are drawn, at the least.
+LEAST_MAP = 64
+
 
 def main(log_path):
     """Answer requests until stdin ends."""
@@ -247,6 +250,9 @@ def set_world(scene, world):
         image = tree.nodes.new("ShaderNodeTexEnvironment")
         image.image = bpy.data.images.load(world["image"])
         image.image.colorspace_settings.name = "Non-Color"
+        # Left to itself, Cycles cannot tell the size of an image that OSL reads, and evaluates eight million directions.
+        scene.world.cycles.sampling_method = "MANUAL"
+        scene.world.cycles.sample_map_resolution = max(LEAST_MAP, image.image.size[0])
         # Blender's latitude is about z and its centre column at x; ours is about y and at -z: (x, y, z) -> (-z, -x, y).
         direction, split = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeSeparateXYZ")
         joined, signs = tree.nodes.new("ShaderNodeCombineXYZ"), tree.nodes.new("ShaderNodeVectorMath")
