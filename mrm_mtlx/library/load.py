@@ -9,6 +9,7 @@ from functools import cache
 import MaterialX as mx
 
 from mrm_mtlx.library.paths import node_library_folder
+from mrm_mtlx.library.surface_models import Extension, extend
 
 
 class Origin(StrEnum):
@@ -30,11 +31,14 @@ class DataLibrary:
         All definitions and implementations; shared, to be read only.
     search_path
         Where source files and their includes are found.
+    surface_models
+        Which surface models got an input for retroreflectivity, or why not; empty for the standard library alone.
     """
 
     origin: Origin
     document: mx.Document
     search_path: mx.FileSearchPath
+    surface_models: tuple[Extension, ...] = ()
 
 
 def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
@@ -42,7 +46,8 @@ def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
 
     MaterialX keeps the first element of a name and the first implementation of a definition, so ours is loaded first.
     Each of the two is loaded in a call and with a search path of its own: a folder name resolves to its first match on
-    the path alone, so that one common path would hide one of the two libraries.
+    the path alone, so that one common path would hide one of the two libraries. The surface models that both are needed
+    for come last.
     """
     return _load(origin)
 
@@ -56,7 +61,7 @@ def _load(origin: Origin) -> DataLibrary:
         mx.loadLibraries(["pbrlib"], ours, document)
         search_path.append(ours)
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
-    return DataLibrary(origin, document, search_path)
+    return DataLibrary(origin, document, search_path, extend(document) if origin is Origin.MRM else ())
 
 
 def materialx_version() -> str:

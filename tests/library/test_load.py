@@ -10,6 +10,7 @@ from mrm_mtlx.shadergen import TARGETS
 
 NODES = ("dielectric_bsdf", "conductor_bsdf", "generalized_schlick_bsdf")
 NEW_NODES = (*NODES, "prismatic_weight", "cube_corner_share")
+SURFACE_MODELS = ("open_pbr_surface", "standard_surface", "gltf_pbr")
 HARDWARE = sorted(name for name, target in TARGETS.items() if target.hardware)
 OTHERS = sorted(name for name, target in TARGETS.items() if not target.hardware and name != "osl")
 
@@ -48,7 +49,9 @@ def test_loaded_after_the_standard_library_ours_would_lose(upstream_library, nod
 
 def test_the_standard_library_is_complete_beside_ours(library, upstream_library):
     names = {d.getName() for d in upstream_library.document.getNodeDefs()}
-    assert {d.getName() for d in library.document.getNodeDefs()} - names == {f"ND_mrm_{node}" for node in NEW_NODES}
+    added = {d.getName() for d in library.document.getNodeDefs()} - names
+    models = {f"ND_mrm_{model}_surfaceshader" for model in SURFACE_MODELS}
+    assert added == models | {f"ND_mrm_{node}" for node in NEW_NODES}
     assert names <= {d.getName() for d in library.document.getNodeDefs()}
     stock = {i.getName() for i in upstream_library.document.getImplementations()}
     added = {i.getName() for i in library.document.getImplementations()} - stock
