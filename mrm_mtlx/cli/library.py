@@ -36,8 +36,9 @@ def show(
 def install(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to install into; created if missing.")],
 ) -> None:
-    """Copy the node library to DIR/mrm."""
-    from mrm_mtlx.library.paths import install_library
+    """Copy the node library to DIR/mrm, and the extended surface models to DIR/mrm_surface_models."""
+    from mrm_mtlx.library import install_library, load_library
+    from mrm_mtlx.library.install import MODELS_FOLDER, NODES_FOLDER
 
     try:
         files = install_library(folder)
@@ -45,8 +46,11 @@ def install(
         raise typer.BadParameter(f"{folder} cannot be written: {error.strerror or error}", param_hint="DIR") from error
     for file in files:
         typer.echo(file)
+    for extension in load_library().surface_models:
+        if extension.reason:
+            typer.echo(f"{extension.model.node} is left out: {extension.reason}", err=True)
     typer.echo(
-        f"Load it before the standard library: search path '{folder}', library folder 'mrm'; for example "
-        f"generateshader --path {folder} --library mrm ...",
+        f"Search path '{folder}'. Load the folder '{NODES_FOLDER}' before the standard library, '{MODELS_FOLDER}' "
+        f"after it; for example generateshader --path {folder} --library {NODES_FOLDER} ...",
         err=True,
     )

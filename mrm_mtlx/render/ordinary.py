@@ -6,8 +6,7 @@ from typing import Any
 
 import MaterialX as mx
 
-# Inputs that make a node retroreflective, wholly or by an amount, and what switches them off.
-_OFF = {"retroreflective": "false", "retroreflectivity": "0"}
+from mrm_mtlx.library.surface_models import FLAG, amount_input
 
 
 def ordinary_copy(document: Any) -> Any:
@@ -30,18 +29,16 @@ def ordinary_copy(document: Any) -> Any:
 
 def _switch_off(node: Any) -> bool:
     """Whether the node has, or gets by default, a retroreflective input that was not off."""
-    definition = node.getNodeDef()
-    found = False
-    for name, off in _OFF.items():
-        declared = definition.getActiveInput(name) if definition is not None else None
-        if declared is None:
-            continue
-        given = node.getInput(name)
-        connected = given is not None and not given.hasValueString()
-        value = (declared if given is None else given).getValue()
-        if not connected and not value:
-            continue
-        node.removeInput(name)
-        node.addInput(name, declared.getType()).setValueString(off)
-        found = True
-    return found
+    definition, amount = node.getNodeDef(), amount_input(node)
+    name, off = (amount, "0") if amount else (FLAG, "false")
+    declared = definition.getActiveInput(name) if definition is not None else None
+    if declared is None:
+        return False
+    given = node.getInput(name)
+    connected = given is not None and not given.hasValueString()
+    value = (declared if given is None else given).getValue()
+    if not connected and not value:
+        return False
+    node.removeInput(name)
+    node.addInput(name, declared.getType()).setValueString(off)
+    return True

@@ -211,9 +211,11 @@ RULES: dict[str, Rule] = {
             "RETRO_UNDEFINED",
             _ERROR,
             "node cannot be retroreflective",
-            "The node's definition has no input `retroreflective`: the boolean exists on conductor_bsdf, "
-            "dielectric_bsdf and generalized_schlick_bsdf, from MaterialX 1.39.5 on.",
-            "Use one of the three BSDFs that have it, or remove the input.",
+            "The node's definition has no such input. The boolean `retroreflective` exists on conductor_bsdf, "
+            "dielectric_bsdf and generalized_schlick_bsdf, from MaterialX 1.39.5 on. The amounts "
+            "`specular_retroreflectivity` of open_pbr_surface and `retroreflectivity` of standard_surface and gltf_pbr "
+            "are this project's, and not in the standard library.",
+            "Use a node that has the input, or remove it. Amounts need `--library mrm`.",
         ),
         Rule(
             "RETRO_TRANSMISSION",
@@ -227,7 +229,8 @@ RULES: dict[str, Rule] = {
             "RETRO_INVISIBLE",
             _WARNING,
             "retroreflective lobe cannot be seen",
-            "The lobe's weight is 0 or its reflectance is black, so that the flag has no visible effect.",
+            "The lobe's weight is 0 or its reflectance is black, so that the flag or the amount has no visible effect. "
+            "Of a surface model, that is said of all lobes of the base.",
             "Give the lobe a weight and a reflectance. A dielectric of index 1 reflects nothing.",
         ),
         Rule(

@@ -14,7 +14,7 @@ from mrm_mtlx.validation.findings import Severity, finding
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
-from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, microfacet_nodes
+from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.retro_sweep import dissolved
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def _check(request: Request, document: Any, result: DocumentResult) -> None:
         result.findings.append(finding("DOC_NO_RENDERABLE", "", "no material and no output of shader type"))
     if not blocked:
         result.findings += check_retroreflection(document)
-    flags = [] if blocked else [n for n in microfacet_nodes(document) if is_retroreflective(n)]
+    flags = [] if blocked else [n for n in retroreflecting_nodes(document) if is_retroreflective(n)]
     for element in elements:
         renderable = RenderableResult(str(element.getNamePath()))
         result.renderables.append(renderable)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.library import load_library
+from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
@@ -19,7 +20,6 @@ from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.graph_checks import location
 from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, TargetResult
-from mrm_mtlx.validation.retro_checks import PARTIAL_NODES
 from mrm_mtlx.validation.retro_sweep import variants
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class ElementCheck:
             self._report("SHADER_GENERATE", f"{target}: {error}")
             return TargetResult("generate", "fail")
         # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
-        flags = [n for n in self._flags if target == "mdl" or n.getCategory() not in PARTIAL_NODES]
+        flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
         ignoring = {str(n.getName()) for n in flags if ignores_flag(shader, n.getName())}
         if ignoring:
             self._ignoring[target] = ignoring

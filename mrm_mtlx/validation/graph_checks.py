@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.library.files import MAXIMUM_BYTES, resolve_inside
+from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
 if TYPE_CHECKING:
@@ -75,7 +76,9 @@ def check_node(node: Any) -> Iterator[Finding]:
         return
     for given in node.getInputs():
         declared = definition.getActiveInput(given.getName())
-        if declared is not None:
+        if declared is None:  # of the definition that the node names
+            yield _unknown_input(given, node, [definition])
+        else:
             yield from _check_value(given, declared)
             yield from _check_connection(given, declared)
 
@@ -97,13 +100,20 @@ def _undefined(node: Any) -> Iterator[Finding]:
         message = f"'{category}' of type {node.getType()} is not defined; it exists for {types}"
         yield finding("DOC_UNKNOWN_NODE", location(node), message)
         return
+    version = node.getVersionString()
+    if version and not any(d.isVersionCompatible(version) for d in fitting):
+        versions = ", ".join(dict.fromkeys(d.getVersionString() or "none" for d in fitting))
+        message = f"version {version} of '{category}' is not defined; it exists in {versions}"
+        hint = "Remove the node's version, or name one that exists."
+        yield finding("DOC_UNKNOWN_NODE", location(node), message, hint)
+        return
     explained = False
     for given in node.getInputs():
         name = given.getName()
         declared = [d.getActiveInput(name) for d in fitting if d.getActiveInput(name) is not None]
         if not declared:
             explained = True
-            yield _unknown_input(given, node, fitting[0])
+            yield _unknown_input(given, node, fitting)
         elif given.getType() not in {d.getType() for d in declared}:
             explained = True
             types = " or ".join(sorted({d.getType() for d in declared}))
@@ -114,12 +124,12 @@ def _undefined(node: Any) -> Iterator[Finding]:
         yield finding("DOC_UNKNOWN_NODE", location(node), message)
 
 
-def _unknown_input(given: Any, node: Any, definition: Any) -> Finding:
+def _unknown_input(given: Any, node: Any, definitions: list[Any]) -> Finding:
     name, category = given.getName(), node.getCategory()
-    if name == "retroreflective":
-        message = f"'{category}' has no input 'retroreflective'"
+    if name in (FLAG, *amounts_of(category)):
+        message = f"'{category}' has no input '{name}'"
         return finding("RETRO_UNDEFINED", location(given), message)
-    inputs = [i.getName() for i in definition.getActiveInputs()]
+    inputs = list(dict.fromkeys(i.getName() for d in definitions for i in d.getActiveInputs()))
     near = difflib.get_close_matches(name, inputs, 1)
     message = f"'{category}' has no input '{name}'" + (f"; did you mean '{near[0]}'?" if near else "")
     return finding("DOC_UNKNOWN_INPUT", location(given), message, f"Its inputs are {', '.join(inputs)}.")

@@ -1,4 +1,4 @@
-"""Checks of what makes a document's lobes retroreflective, visible and sharp enough to compute."""
+"""Checks of what makes a document retroreflective, visible and sharp enough to compute."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES, PARTIAL_NODES, amount_input
 from mrm_mtlx.reference import constant_input
 from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
 from mrm_mtlx.validation.findings import Finding, finding
@@ -16,33 +17,64 @@ if TYPE_CHECKING:
 
     import MaterialX as mx
 
-MICROFACET_NODES = ("conductor_bsdf", "dielectric_bsdf", "generalized_schlick_bsdf")
-# Of the node library: the same with an amount in the place of the flag.
-PARTIAL_NODES = tuple(f"mrm_{name}" for name in MICROFACET_NODES)
+# Inputs of surface models whose values leave nothing of the base's reflection: all of a row together, and why.
+_UNSEEN = {
+    "open_pbr_surface": (
+        ({"specular_weight": 0.0, "thin_film_weight": 0.0}, "its specular_weight is 0"),
+        ({"base_metalness": 0.0, "specular_color": 0.0}, "it is no metal and its specular_color is black"),
+        (
+            {"base_metalness": 0.0, "specular_ior": 1.0, "thin_film_weight": 0.0, "coat_weight": 0.0},
+            "it is no metal and its specular_ior is 1, which reflects nothing",
+        ),
+    ),
+    "standard_surface": (
+        ({"metalness": 0.0, "specular": 0.0}, "it is no metal and its specular is 0"),
+        ({"metalness": 0.0, "specular_color": 0.0}, "it is no metal and its specular_color is black"),
+        (
+            {"metalness": 0.0, "specular_IOR": 1.0, "thin_film_thickness": 0.0},
+            "it is no metal and its specular_IOR is 1, which reflects nothing",
+        ),
+    ),
+    "gltf_pbr": (({"metallic": 0.0, "specular": 0.0}, "it is no metal and its specular is 0"),),
+}
 
 
-def microfacet_nodes(document: mx.Document) -> list[Any]:
-    """Nodes of the three BSDFs that have the flag, and of those that have an amount, in file order."""
-    names = (*MICROFACET_NODES, *PARTIAL_NODES)
-    return [n for n in nodes_of(document) if n.getCategory() in names and n.getNodeDef() is not None]
+def retroreflecting_nodes(document: mx.Document) -> list[Any]:
+    """Nodes that have the flag or an amount, of BSDFs and of surface models, in file order; on or off."""
+    found = []
+    for node in nodes_of(document):
+        microfacets = node.getCategory() in MICROFACET_NODES and node.getNodeDef() is not None
+        if microfacets or amount_input(node):
+            found.append(node)
+    return found
 
 
 def is_retroreflective(node: Any) -> bool:
     """Whether the node's flag is on, as a literal or through an interface, or its amount is anything but 0."""
-    if node.getCategory() in PARTIAL_NODES:
-        return not _is_zero(node, "retroreflectivity")
-    value = constant_input(node, "retroreflective")
+    amount = amount_input(node)
+    if amount:
+        return not _is(node, amount, 0.0)
+    value = constant_input(node, FLAG)
     return isinstance(value, np.ndarray) and bool(value)
 
 
 def check_retroreflection(document: mx.Document) -> list[Finding]:
-    """Findings about the microfacet lobes, in document order."""
+    """Findings about the microfacet lobes and the surface models with an amount, in document order."""
     findings: list[Finding] = []
-    for node in microfacet_nodes(document):
-        findings += _check_width(node)
+    for node in retroreflecting_nodes(document):
+        is_lobe = node.getCategory() in (*MICROFACET_NODES, *PARTIAL_NODES)
+        if is_lobe:
+            findings += _check_width(node)
         if is_retroreflective(node):
-            findings += _check_flag(node)
+            findings += _check_flag(node) if is_lobe else _check_model(node)
     return findings
+
+
+def _check_model(node: Any) -> Iterator[Finding]:
+    for values, reason in _UNSEEN[node.getCategory()]:
+        if all(_is(node, name, value) for name, value in values.items()):
+            yield finding("RETRO_INVISIBLE", location(node), reason)
+            return
 
 
 def _check_flag(node: Any) -> Iterator[Finding]:
@@ -54,15 +86,14 @@ def _check_flag(node: Any) -> Iterator[Finding]:
 
 
 def _invisible(node: Any) -> str:
-    if _is_zero(node, "weight"):
+    if _is(node, "weight", 0.0):
         return "its weight is 0"
     if _kind(node) == "dielectric_bsdf":
-        if _is_zero(node, "tint"):
+        if _is(node, "tint", 0.0):
             return "its tint is black"
-        ior = constant_input(node, "ior")
-        film = _is_zero(node, "thinfilm_thickness")
-        return "its ior is 1, which reflects nothing" if isinstance(ior, np.ndarray) and ior == 1.0 and film else ""
-    if _kind(node) == "generalized_schlick_bsdf" and _is_zero(node, "color0") and _is_zero(node, "color90"):
+        nothing = _is(node, "ior", 1.0) and _is(node, "thinfilm_thickness", 0.0)
+        return "its ior is 1, which reflects nothing" if nothing else ""
+    if _kind(node) == "generalized_schlick_bsdf" and _is(node, "color0", 0.0) and _is(node, "color90", 0.0):
         return "its color0 and color90 are black"
     return ""
 
@@ -79,6 +110,7 @@ def _kind(node: Any) -> str:
     return str(node.getCategory()).removeprefix("mrm_")
 
 
-def _is_zero(node: Any, name: str) -> bool:
+def _is(node: Any, name: str, number: float) -> bool:
+    """Whether an input is this number in every component, everywhere; what is below 0 counts as 0."""
     value = constant_input(node, name)
-    return isinstance(value, np.ndarray) and bool(np.all(value <= 0.0))
+    return isinstance(value, np.ndarray) and bool(np.all(np.maximum(value, 0.0) == number))

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.validation.retro_checks import MICROFACET_NODES, is_retroreflective
+from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES
+from mrm_mtlx.validation.retro_checks import is_retroreflective
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from mrm_mtlx.shadergen import Shader
-
-FLAG = "retroreflective"
 
 
 @dataclass(frozen=True)

@@ -33,11 +33,15 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def test_installing_copies_every_file_and_names_them(tmp_path):
+MODELS = Path("mrm_surface_models", "mrm_surface_models.mtlx")
+
+
+def test_installing_copies_every_file_writes_the_surface_models_and_names_them(tmp_path):
     written = install_library(tmp_path)
     assert contents(tmp_path / "mrm") == contents(node_library_folder() / "pbrlib")
-    assert written == sorted(p for p in (tmp_path / "mrm").rglob("*") if p.is_file())
-    assert written
+    assert written == sorted(p for p in tmp_path.rglob("*") if p.is_file())
+    assert tmp_path / MODELS in written
+    assert [p.name for p in (tmp_path / MODELS).parent.iterdir()] == [MODELS.name]
 
 
 def test_installing_again_overwrites_its_own_files_and_nothing_else(tmp_path):
