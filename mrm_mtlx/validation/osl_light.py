@@ -9,6 +9,7 @@ import numpy as np
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.reference import Model, ShadingPoints, Surface, UnsupportedError
+from mrm_mtlx.reference.closures import ORDINARY, RETROREFLECTIVE
 from mrm_mtlx.shadergen import OslMode, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare
@@ -52,10 +53,13 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
     except (UnsupportedError, RecursionError) as error:
         return str(error)
     traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 64)))
-    lobes = [shape_of(facets) for facets in traits.lobes]
-    other = sorted(traits.foreign)
+    lobes = [shape_of(facets) for facets in traits.lobes if not facets.off]
+    kinds = traits.foreign & {ORDINARY, RETROREFLECTIVE}
+    other = sorted(traits.foreign - kinds)
     if other:
         return f"its {' and '.join(other)} {'are' if other[1:] else 'is'} another model in OSL's renderers"
+    if len(kinds) > 1:
+        return "its ordinary lobes are seen from the wrong side where the retroreflective ones are exact in OSL"
     turns = any(lobe.alpha_x != lobe.alpha_y for lobe in lobes) or _depends_on_tangents(surface, rng, lobes)
     if turns or traits.properties or not traits.geometry <= _GEOMETRY:
         return "facets for the measurement have no tangents, positions or texture coordinates of their own"
@@ -63,8 +67,8 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
         return f"a lobe is narrower than {NARROWEST}, which renderers of OSL cannot hold in float32"
     points = sun_points(rng, -(-samples // (_SHARE * len(ANGLES_DEG))), lobes)
     together = ShadingPoints.joined(points)
-    retroreflective = any(lobe.retroreflective for lobe in lobes)
-    source = generate(element, "osl", library, OslMode.CYCLES if retroreflective else OslMode.ALIGNED).sources["pixel"]
+    mode = OslMode.CYCLES if RETROREFLECTIVE in kinds else OslMode.ALIGNED
+    source = generate(element, "osl", library, mode).sources["pixel"]
     shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {PORTAL_STEP}\n{source}", "document")
     seen = replace(together, normal=osl.true_normals(together.normal).astype(float))
     found = osl.direct_light_by_groups(shader, together.normal, {}, [group.light for group in points])

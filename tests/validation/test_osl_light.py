@@ -15,6 +15,12 @@ METAL = """
     <input name="retroreflective" type="boolean" value="{0}"/>
   </conductor_bsdf>
 """
+PARTIAL = """
+  <mrm_conductor_bsdf name="bsdf" type="BSDF">
+    <input name="roughness" type="vector2" value="0.2, 0.2"/>
+    <input name="retroreflectivity" type="float" value="{0}"/>
+  </mrm_conductor_bsdf>
+"""
 LAYERED = """
   <dielectric_bsdf name="top" type="BSDF"/>
   <oren_nayar_diffuse_bsdf name="base" type="BSDF"/>
@@ -33,6 +39,13 @@ def test_a_metal_compares_with_and_without_the_flag(cycles, surface_document, li
     assert found.samples == 12 * 40
 
 
+@pytest.mark.parametrize("amount", [0, 1])
+def test_an_amount_at_its_ends_is_one_lobe_and_compares(cycles, surface_document, library, amount):
+    # Without a weight, the retroreflective part makes no portal: the ordinary one is not approximated.
+    document = surface_document(PARTIAL.format(amount))
+    assert compare_in_osl(document.getNode("m"), library, SAMPLES, generator(0, "partial")).passed
+
+
 def test_a_wrong_input_of_the_closure_is_seen(cycles, surface_document, changed_library):
     wrong, _ = changed_library("genosl/mrm_conductor_bsdf.osl", "weight *", "0.99 * weight *")
     document = surface_document(METAL.format("false"), data=wrong)
@@ -48,6 +61,11 @@ def test_a_wrong_input_of_the_closure_is_seen(cycles, surface_document, changed_
             "</oren_nayar_diffuse_bsdf>",
             "its rough oren_nayar_diffuse_bsdf is another model in OSL's renderers",
             id="rough diffuse",
+        ),
+        pytest.param(
+            PARTIAL.format(0.5),
+            "its ordinary lobes are seen from the wrong side where the retroreflective ones are exact in OSL",
+            id="a lobe that is half ordinary, half retroreflective",
         ),
         pytest.param(
             METAL.format("false").replace("0.2, 0.2", "0.002, 0.002"),

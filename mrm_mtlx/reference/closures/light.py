@@ -38,7 +38,7 @@ class Closure:
     """A BSDF node's value: what it reflects of the light, and what it lets through to the layer below.
 
     `response` and `throughput` have shape (3, samples) or broadcast to it. `foreign` names what of the response
-    `Model.CLOSURES` has as another model, and which therefore is no reference for it.
+    `Model.CLOSURES` has as another model, and which therefore is no reference for it; and the kinds of its lobes.
     """
 
     response: Array

@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
 
+# Kinds of lobes, among the `foreign` of closures: OSL's renderers have each as the same model, not both in one surface.
+ORDINARY, RETROREFLECTIVE = "ordinary lobe", "retroreflective lobe"
+
+
 @dataclass(frozen=True)
 class Facets:
     """The inputs that the three microfacet nodes share; scalars as arrays, `normal` and `tangent` (3, samples)."""
@@ -53,9 +57,11 @@ class Facets:
 
     @property
     def foreign(self) -> frozenset[str]:
-        """What OSL's renderers have as other models of their own; see `Closure`."""
-        film = {"thin film"} if np.any(self.thinfilm_thickness > 0.0) else set()
-        return frozenset(film | ({"transmission"} if self.scatter_mode != "R" else set()))
+        """What OSL's renderers have as other models of their own, and the kind of lobe; see `Closure`."""
+        names = {RETROREFLECTIVE} if np.any(self.retroreflective) else set()
+        names |= set() if np.all(self.retroreflective) else {ORDINARY}
+        names |= {"thin film"} if np.any(self.thinfilm_thickness > 0.0) else set()
+        return frozenset(names | ({"transmission"} if self.scatter_mode != "R" else set()))
 
     @property
     def off(self) -> bool:
@@ -140,7 +146,7 @@ def generalized_schlick(
     interface = _Interface(reflectance, white, fresnel.schlick_ior(np.mean(color0, axis=0)))
     seen = _evaluate(light, facets, interface, grey=True)
     # OSL's closure has no such parameter.
-    tinted = light.model is Model.CLOSURES and np.any(color82 != 1.0)
+    tinted = light.model is Model.CLOSURES and not facets.off and np.any(color82 != 1.0)
     return replace(seen, foreign=seen.foreign | {"color82"}) if tinted else seen
 
 
@@ -181,7 +187,7 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     return Closure(
         np.where(on, response * facets.weight, 0.0),
         np.where(on, 1.0 - lost * facets.weight, 1.0),
-        facets.foreign if light.model is Model.CLOSURES else frozenset(),
+        facets.foreign if light.model is Model.CLOSURES and np.any(on) else frozenset(),
     )
 
 
