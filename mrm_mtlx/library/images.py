@@ -31,7 +31,9 @@ def read_image(path: Path) -> NDArray[np.float32]:
     """
     import OpenImageIO as oiio
 
-    source = oiio.ImageInput.open(str(path))
+    as_stored = oiio.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)  # else the colours of a PNG come out multiplied by its alpha
+    source = oiio.ImageInput.open(str(path), as_stored)
     if source is None:
         msg = f"{path.name}: cannot be read as an image ({oiio.geterror().strip() or 'no reason given'})"
         raise ValueError(msg)

@@ -85,3 +85,15 @@ def test_channels_become_components(channels):
         assert found.shape == (2, 3, components)
         assert [9 if n == 9 else x for n, x in zip(expected, found[0, 0], strict=True)] == expected
         assert all(x == 1.0 for n, x in zip(expected, found[0, 0], strict=True) if n == 9)
+
+
+def test_the_colours_of_a_transparent_png_are_those_stored(tmp_path):
+    stored = np.array([[[200, 100, 50, 128]]], dtype=np.uint8)
+    spec = oiio.ImageSpec(1, 1, 4, "uint8")
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    target = oiio.ImageOutput.create(str(tmp_path / "clear.png"))
+    target.open(str(tmp_path / "clear.png"), spec)
+    target.write_image(stored)
+    target.close()
+    # Multiplied by the alpha, as OpenImageIO has it by default, they would be half of that.
+    assert np.round(read_image(tmp_path / "clear.png") * 255.0).tolist() == stored.tolist()
