@@ -182,26 +182,42 @@ def constant_input(node: Any, name: str) -> Array | str | None:
     `node` stands in a document whose data library is set, and has a definition with that input. Scalars have shape (),
     colours and vectors (components,).
     """
+    value, is_local = _input(node, name, _TWO_POINTS)
+    if isinstance(value, str):
+        return value
+    if not is_local or value is None or value.shape[-1:] == (2,):
+        return None
+    return value if value.ndim == 0 else value[..., 0]
+
+
+def input_at(node: Any, name: str, points: ShadingPoints) -> Array | None:
+    """Value of a node's input at these points, shape (components, samples); None where it cannot be evaluated here.
+
+    As `constant_input`; what depends on images or on geometric properties cannot.
+    """
+    value, is_local = _input(node, name, points)
+    if isinstance(value, str) or value is None or not is_local:
+        return None
+    return np.broadcast_to(np.atleast_2d(value), (len(np.atleast_2d(value)), len(points)))
+
+
+def _input(node: Any, name: str, points: ShadingPoints) -> tuple[Array | str | None, bool]:
+    """Value of a node's input, None where it cannot be evaluated, and whether it needs neither images nor properties."""
     definition = node.getNodeDef()
     given, survey = node.getInput(name), Survey()
     if given is not None:
         survey.visit(connected_node(given))
     if survey.unknown:
-        return None
+        return None, False
     images: list[str] = []
-    evaluation = Evaluation(_TWO_POINTS, images=images.append)
+    evaluation = Evaluation(points, images=images.append)
     try:
         with np.errstate(all="ignore"):
             value = evaluation.input_value(node, definition, name, Scope(), evaluation.light)
     except (KeyError, AttributeError, TypeError):  # an interface that is bound only where the graph is used
-        return None
-    if isinstance(value, str):
-        return value
-    if images or evaluation.asked:  # an image and a geometric property vary
-        return None
-    if not isinstance(value, np.ndarray) or value.shape[-1:] == (2,):
-        return None
-    return value if value.ndim == 0 else value[..., 0]
+        return None, False
+    is_local = not images and not evaluation.asked  # an image and a geometric property vary
+    return (value if isinstance(value, str | np.ndarray) else None), is_local
 
 
 # Two points that differ in everything: what is the same at both is constant.
