@@ -10,6 +10,8 @@ import typer
 
 if TYPE_CHECKING:
     from mrm_mtlx.cli.openmaterial import Options
+    from mrm_mtlx.interchange.imported import Remark
+    from mrm_mtlx.validation.findings import Finding
 
 
 class FormatName(StrEnum):
@@ -91,8 +93,9 @@ def _translate(path: Path, output: Path) -> None:
     """Read a file of one format, write one of another; what is lost goes to stderr."""
     from mrm_mtlx.cli.documents import open_document, print_findings
     from mrm_mtlx.interchange.formats import DOCUMENT, SUFFIXES, format_of
+    from mrm_mtlx.interchange.imported import NothingToWriteError
     from mrm_mtlx.library import load_library
-    from mrm_mtlx.validation.findings import finding
+    from mrm_mtlx.validation.findings import Severity, finding
 
     form, source = format_of(output), format_of(path) or DOCUMENT
     if form is None:
@@ -104,12 +107,23 @@ def _translate(path: Path, output: Path) -> None:
         raise typer.BadParameter(f"{path} is {form.name} already", param_hint="OUTPUT")
     library = load_library()
     opened = open_document(path, library, None)
+
+    def said(remarks: list[Remark]) -> list[Finding]:
+        found = [finding(*remark._replace(place=opened.imported.place(remark.place))) for remark in remarks]
+        print_findings(found)
+        return found
+
     try:
-        remarks = form.write(opened.imported, output, library)
+        findings = said(form.write(opened.imported, output, library))
+    except NothingToWriteError as error:
+        said(error.remarks)
+        typer.echo(f"mrm: {path}: {error}", err=True)
+        raise typer.Exit(1) from error
     except ValueError as error:
         raise typer.BadParameter(f"{path}: {error}", param_hint="PATH") from error
     except OSError as error:
         message = f"{output} cannot be written: {error.strerror}"
         raise typer.BadParameter(message, param_hint="OUTPUT") from error
-    print_findings([finding(*remark._replace(place=opened.imported.place(remark.place))) for remark in remarks])
     typer.echo(f"wrote {output}", err=True)
+    if any(found.severity is Severity.ERROR for found in findings):
+        raise typer.Exit(1)

@@ -55,8 +55,8 @@ class Format(NamedTuple):
         ------
         OSError
             If it cannot be written.
-        ValueError
-            If there is nothing in the document that the format can say.
+        NothingToWriteError
+            If there is nothing in the document that the format can say, with the reasons.
         """
         remarks: list[Remark] = import_module(self.module).write(source, path, library)
         return remarks
@@ -66,6 +66,7 @@ DOCUMENT = Format("MaterialX", (".mtlx",), "mrm_mtlx.interchange.materialx")
 # Formats that are translated.
 TRANSLATED = (
     Format("USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.interchange.usd"),
+    Format("glTF", (".gltf", ".glb"), "mrm_mtlx.interchange.gltf"),
 )  # fmt: skip
 # Endings of the files that a folder is searched for.
 SUFFIXES = tuple(suffix for form in (DOCUMENT, *TRANSLATED) for suffix in form.suffixes)

@@ -40,6 +40,14 @@ class UnreadableError(Exception):
         self.remark = remark
 
 
+class NothingToWriteError(ValueError):
+    """A document has nothing that the format can say; `remarks` say why."""
+
+    def __init__(self, remarks: list[Remark]) -> None:
+        super().__init__("it has no material that the format can say; nothing was written")
+        self.remarks = remarks
+
+
 @dataclass
 class Imported:
     """A file that was read.

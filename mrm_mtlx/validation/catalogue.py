@@ -208,6 +208,23 @@ RULES: dict[str, Rule] = {
             "Nothing is wrong with the file; do not rely on what is named in the other format.",
         ),
         Rule(
+            "INTERCHANGE_INVALID",
+            _ERROR,
+            "file breaks the rules of its format",
+            "A property of a glTF asset has the wrong type or range, refers to what is not there, or must not be used "
+            "together with another (glTF 2.0, and the JSON schemas of its extensions). The material that it belongs to "
+            "is left out.",
+            "Correct the place that is named, a JSON pointer into the file.",
+        ),
+        Rule(
+            "INTERCHANGE_LEFT_OUT",
+            _ERROR,
+            "material has no form in the other format",
+            "The material is made of parts that the other format does not have, so that it was not written at all: "
+            "glTF has one metal, one dielectric over a diffuse base, and layers over these.",
+            "Build the material of what the other format has, for glTF of the node gltf_pbr, or use another format.",
+        ),
+        Rule(
             "RETRO_UNDEFINED",
             _ERROR,
             "node cannot be retroreflective",

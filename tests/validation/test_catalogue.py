@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import multiprocessing
 import os
 import re
@@ -10,8 +11,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mrm_mtlx.cli import rules
+from mrm_mtlx.interchange import gltf
+from mrm_mtlx.interchange.imported import NothingToWriteError
 from mrm_mtlx.validation.catalogue import RULES
 from mrm_mtlx.validation.findings import Severity, finding
+from mrm_mtlx.validation.reading import read_document
 from mrm_mtlx.validation.runner import validate
 
 if TYPE_CHECKING:
@@ -33,6 +37,9 @@ NEED_GL = {
 
 # These end the process that checks the document.
 FATAL = {"CHECK_CRASHED", "CHECK_TIMEOUT"}
+
+# These show when a document is written in another format.
+WRITTEN = {"INTERCHANGE_LEFT_OUT"}
 
 # Seconds that the endless document is given. The other one of its pair takes about two.
 PATIENCE_S = 5.0
@@ -62,20 +69,35 @@ def latin_1(folder: Path, passes: Path) -> Path:
     return path
 
 
+def gltf_with_a_share_of_two(folder: Path, _: Path) -> Path:
+    extensions = {"KHR_materials_retroreflection": {"retroreflectionFactor": 2.0}}
+    asset = {"asset": {"version": "2.0"}, "materials": [{"extensions": extensions}, {"name": "valid"}]}
+    path = folder / "triggers.gltf"
+    path.write_text(json.dumps(asset), encoding="utf-8")
+    return path
+
+
 # Documents that cannot be stored sensibly: a function from an empty folder and the document that passes to the path.
 BUILT: dict[str, Callable[[Path, Path], Path]] = {
     "READ_MISSING": no_file,
     "READ_FAILED": folder_of_a_folder,
     "READ_TOO_LARGE": large_file,
     "READ_ENCODING": latin_1,
+    "INTERCHANGE_INVALID": gltf_with_a_share_of_two,
 }
 
 
 @pytest.fixture
-def codes(request, check, settings) -> Callable[[str, Path], list[str]]:
+def codes(request, check, settings, library, tmp_path) -> Callable[[str, Path], list[str]]:
     """Function from a rule's code and a path to the codes that the path's documents get."""
 
     def of(code: str, path: Path) -> list[str]:
+        if code in WRITTEN:
+            read, _ = read_document(path, path.parent, library, tmp_path)
+            try:
+                return [remark.code for remark in gltf.write(read, tmp_path / "written.glb", library)]
+            except NothingToWriteError as error:
+                return [remark.code for remark in error.remarks]
         if code in NEED_GL:
             request.getfixturevalue("gl")
         if code in FATAL:

@@ -1,0 +1,72 @@
+"""How far two materials are apart: their reference values at fixed random points."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrm_mtlx.reference import Environment, Illumination, ShadingPoints, Surface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+    Pixels = Callable[[str], NDArray[np.floating] | None]
+
+# Largest relative difference that is rounding: numbers are written with nine digits and made images with sixteen bits,
+# and the flank of a narrow lobe multiplies what its width is off by.
+ROUNDING = 1e-4
+_POINTS, _SURROUNDED = 256, 16
+_SEED = 7
+
+
+def difference(first: tuple[Any, Pixels], second: tuple[Any, Pixels]) -> tuple[float, float]:
+    """Largest and mean difference of two renderable elements, relative to the larger value at each point.
+
+    Each comes with what gives it the pixels of its files. Points are seen under one light, a third of them near the
+    direction back to it and a third near the mirror's, and some in white surroundings; emission is included.
+
+    Raises
+    ------
+    UnsupportedError, RecursionError
+        If the reference cannot evaluate one of them.
+    """
+    surfaces = [Surface(element, images=pixels) for element, pixels in (first, second)]
+    points = _points(np.random.default_rng(_SEED))
+    around = Illumination(light=False, environment=Environment.constant((1.0, 1.0, 1.0), samples=16))
+    few = points.part(slice(None, None, _POINTS // _SURROUNDED))
+    shades = [np.concatenate([s.shade(points), s.shade(few, around)]) for s in surfaces]
+    scale = np.maximum(np.abs(shades[0]).max(axis=1), np.abs(shades[1]).max(axis=1))
+    # Where both are dark, a difference is one of what can be seen: a hundredth of a white diffuser.
+    apart = np.abs(shades[0] - shades[1]).max(axis=1) / np.maximum(scale, 0.01 / np.pi)
+    if not np.all(np.isfinite(apart)):
+        return float("inf"), float("inf")
+    return float(apart.max()), float(apart.mean())
+
+
+def _points(rng: np.random.Generator) -> ShadingPoints:
+    view, light = _directions(rng, _POINTS), _directions(rng, _POINTS)
+    third = _POINTS // 3
+    spread = rng.normal(0.0, 0.1, (2 * third, 3))
+    near = np.concatenate([view[:third], view[third : 2 * third] * [-1.0, -1.0, 1.0]]) + spread
+    near[:, 2] = np.maximum(np.abs(near[:, 2]), 0.05)
+    light[: 2 * third] = near / np.linalg.norm(near, axis=1, keepdims=True)
+    return ShadingPoints(
+        view=view,
+        light=light,
+        normal=np.tile([0.0, 0.0, 1.0], (_POINTS, 1)),
+        tangent=np.tile([1.0, 0.0, 0.0], (_POINTS, 1)),
+        position=rng.uniform(-1.0, 1.0, (_POINTS, 3)),
+        texcoord=rng.uniform(0.0, 1.0, (_POINTS, 2)),
+    )
+
+
+def _directions(rng: np.random.Generator, count: int) -> Array:
+    """Unit directions over the upper hemisphere, up to 87 degrees from the normal."""
+    z, phi = rng.uniform(0.05, 1.0, count), rng.uniform(0.0, 2.0 * np.pi, count)
+    sine = np.sqrt(1.0 - z * z)
+    return np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1)

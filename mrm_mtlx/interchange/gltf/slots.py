@@ -1,0 +1,158 @@
+"""Images as glTF's texture slots want them: a file as it stands where it fits, else an image made of its channels."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from mrm_mtlx.interchange.gltf.asset import ImageFile
+from mrm_mtlx.interchange.gltf.placement import InexpressibleError
+from mrm_mtlx.interchange.gltf.textures import SIGNATURES
+from mrm_mtlx.library.files import resolve_inside
+from mrm_mtlx.library.images import as_read, read_image
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from mrm_mtlx.interchange.gltf.terms import Lookup
+    from mrm_mtlx.interchange.imported import Imported
+
+_ALPHA = 3
+
+
+class Channel(NamedTuple):
+    """What one channel of a texture is to have.
+
+    Attributes
+    ----------
+    lookup, channel
+        The image, and which of its channels.
+    encoded
+        Whether glTF takes the texture's channel for sRGB.
+    """
+
+    lookup: Lookup
+    channel: int
+    encoded: bool
+
+    @property
+    def is_decoded(self) -> bool:
+        """Whether the document takes the image's channel for sRGB."""
+        return self.lookup.encoded and self.channel != _ALPHA
+
+
+class Images:
+    """The images of a document; each file is read once."""
+
+    def __init__(self, source: Imported, output: Path) -> None:
+        self.document = source.document
+        self._source, self._folder = source, output.parent.resolve()
+        self._pixels: dict[str, NDArray[np.float32] | None] = {}
+
+    def pixels(self, name: str) -> NDArray[np.float32] | None:
+        """Pixels of a file by its name in the document, None if there is no such image."""
+        if name not in self._pixels:
+            path = self._path(name)
+            try:
+                self._pixels[name] = None if path is None else read_image(path)
+            except ValueError:
+                self._pixels[name] = None
+        return self._pixels[name]
+
+    def slot(self, wanted: Mapping[int, Channel | None], name: str) -> ImageFile:
+        """The image of a texture.
+
+        Parameters
+        ----------
+        wanted
+            By channel of the texture: what it has, or None where it has to be 1. Other channels are not read.
+        name
+            Stem of the file, if it is made.
+
+        Raises
+        ------
+        InexpressibleError
+            If an image cannot be read, or two that go into one differ in size.
+        """
+        channels = [channel for channel in wanted.values() if channel is not None]
+        loaded = {channel.lookup.file: self._loaded(channel.lookup.file) for channel in channels}
+        if len(loaded) == 1 and all(self._fits(target, channel, loaded) for target, channel in wanted.items()):
+            found = self._as_it_is(channels[0].lookup.file)
+            if found is not None:
+                return found
+        if len({pixels.shape[:2] for pixels in loaded.values()}) > 1:
+            msg = "images of different size would have to be one"
+            raise InexpressibleError(msg)
+        return ImageFile(f"{name}.png", _png(_composed(wanted, loaded)))
+
+    def _path(self, name: str) -> Path | None:
+        path = resolve_inside(name, self._source.folder, self._source.root)
+        return path if path is not None and path.is_file() else None
+
+    def _loaded(self, name: str) -> NDArray[np.float32]:
+        pixels = self.pixels(name)
+        if pixels is None:
+            msg = f"the image {name} cannot be read"
+            raise InexpressibleError(msg)
+        return as_read(pixels, 4)
+
+    def _fits(self, target: int, channel: Channel | None, loaded: Mapping[str, NDArray[np.floating]]) -> bool:
+        """Whether the file as it stands has in this channel what is wanted."""
+        (pixels,) = loaded.values()
+        if channel is None:
+            return bool(np.all(pixels[..., target] == 1.0))
+        same = channel.channel == target or np.array_equal(pixels[..., channel.channel], pixels[..., target])
+        return same and channel.is_decoded == channel.encoded
+
+    def _as_it_is(self, name: str) -> ImageFile | None:
+        path = self._path(name)
+        content = b"" if path is None else path.read_bytes()
+        # The two kinds that glTF has without an extension.
+        if path is None or not any(content.startswith(start) for start, _, kind in SIGNATURES if kind != "image/webp"):
+            return None
+        if path.is_relative_to(self._folder) and not self._source.packed:
+            return ImageFile(path.name, content, os.path.relpath(path, self._folder).replace(os.sep, "/"))
+        return ImageFile(path.name, content)
+
+
+def _composed(wanted: Mapping[int, Channel | None], loaded: Mapping[str, Any]) -> NDArray[np.floating]:
+    """Pixels with these channels; those that are not wanted are 1."""
+    height, width = next(iter(loaded.values())).shape[:2]
+    pixels = np.ones((height, width, 4 if _ALPHA in wanted else 3))
+    for target, channel in wanted.items():
+        if channel is None:
+            continue
+        values = loaded[channel.lookup.file][..., channel.channel].astype(float)
+        if channel.is_decoded and not channel.encoded:
+            values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+        elif channel.encoded and not channel.is_decoded:
+            values = np.where(values <= 0.0031308, values * 12.92, 1.055 * np.abs(values) ** (1.0 / 2.4) - 0.055)
+        if np.any(values < 0.0) or np.any(values > 1.0):
+            msg = f"the image {channel.lookup.file} has values beyond 0 to 1, which a PNG has not"
+            raise InexpressibleError(msg)
+        pixels[..., target] = values
+    return pixels
+
+
+def _png(pixels: NDArray[np.floating]) -> bytes:
+    """Bytes of a PNG with 8 bits per value where these are exact, else with 16."""
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    is_exact = np.allclose(pixels * 255.0, np.round(pixels * 255.0), rtol=0.0, atol=1e-4)
+    kind, largest = (np.uint8, 255.0) if is_exact else (np.uint16, 65535.0)
+    spec = oiio.ImageSpec(width, height, channels, "uint8" if is_exact else "uint16")
+    spec.attribute("oiio:UnassociatedAlpha", 1)  # else colours would be divided by it
+    with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
+        path = Path(folder) / "image.png"
+        target = oiio.ImageOutput.create(str(path))
+        values = np.ascontiguousarray(np.round(pixels * largest), dtype=kind)
+        if target is None or not target.open(str(path), spec) or not target.write_image(values) or not target.close():
+            raise OSError(0, "OpenImageIO does not write a PNG")
+        return path.read_bytes()

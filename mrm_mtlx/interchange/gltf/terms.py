@@ -1,0 +1,307 @@
+"""Understands what a document's input is, as far as glTF can say it: a number times channels of an image, plus one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Placement, placed_by, through
+from mrm_mtlx.interchange.gltf.properties import ENCODED
+from mrm_mtlx.reference import constant_input
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import MaterialX as mx
+
+    from mrm_mtlx.bsdf.arrays import Array
+
+# Colour spaces of a file that are taken as numbers.
+_LINEAR = ("", "none", "lin_rec709")
+_CHANNELS = {"outr": 0, "outg": 1, "outb": 2, "outa": 3, "outx": 0, "outy": 1, "outz": 2, "outw": 3}
+_COMPONENTS = {"float": 1, "vector2": 2, "color3": 3, "vector3": 3, "color4": 4, "vector4": 4}
+
+
+class Lookup(NamedTuple):
+    """How an image is looked up.
+
+    Attributes
+    ----------
+    file
+        Its name in the document.
+    encoded
+        Whether its colours are sRGB.
+    modes, filter
+        As MaterialX names them.
+    texcoord
+        Set of texture coordinates.
+    placement
+        From these to where the image is read.
+    """
+
+    file: str
+    encoded: bool
+    modes: tuple[str, str]
+    filter: str
+    texcoord: int
+    placement: Placement
+
+
+@dataclass(frozen=True)
+class Term:
+    """offset + scale * channels of an image; arrays of shape (components,). Without a lookup it is the offset alone."""
+
+    offset: Array
+    scale: Array
+    lookup: Lookup | None = None
+    channels: tuple[int, ...] = ()
+
+    @staticmethod
+    def constant(value: Array | float | tuple[float, ...]) -> Term:
+        """A number, or a colour."""
+        offset = np.atleast_1d(np.asarray(value, dtype=float))
+        return Term(offset, np.zeros_like(offset), None, (0,) * len(offset))
+
+    @property
+    def value(self) -> Array | None:
+        """The constant that it is, or None."""
+        return self.offset if self.lookup is None else None
+
+    def __mul__(self, factor: Array | float) -> Term:
+        return replace(self._wide(factor), offset=self.offset * factor, scale=self.scale * factor)
+
+    def __add__(self, number: Array | float) -> Term:
+        wide = self._wide(number)
+        return replace(wide, offset=wide.offset + number, scale=wide.scale)
+
+    def select(self, components: tuple[int, ...]) -> Term:
+        """Some of the components."""
+        chosen = list(components)
+        if max(chosen) >= len(self.offset):
+            msg = "it reads a component that is not there"
+            raise InexpressibleError(msg)
+        channels = tuple(self.channels[c] for c in chosen)
+        return replace(self, offset=self.offset[chosen], scale=self.scale[chosen], channels=channels)
+
+    def _wide(self, other: Array | float) -> Term:
+        """With as many components as another."""
+        count = np.size(other)
+        return self.select((0,) * count) if len(self.offset) == 1 < count else self
+
+
+def term(node: Any, name: str) -> Term:
+    """What a node's input is.
+
+    `node` stands in a document whose data library is set; interfaces of graphs are resolved, see `resolved`.
+
+    Raises
+    ------
+    InexpressibleError
+        If it is not of the form of a term.
+    """
+    value = constant_input(node, name)
+    if isinstance(value, np.ndarray):
+        return Term.constant(value)
+    given = node.getInput(name)
+    upstream = None if given is None else _source(given)
+    if upstream is None:
+        msg = "its value depends on the geometry"
+        raise InexpressibleError(msg)
+    return _of_node(*upstream)
+
+
+def resolved(document: mx.Document) -> mx.Document:
+    """A copy in which no node of a graph takes a value from the graph's interface."""
+    copy = document.copy()
+    copy.setDataLibrary(document.getDataLibrary())
+    for graph in copy.getNodeGraphs():
+        for node in graph.getNodes():
+            for given in node.getInputs():
+                interface = given.getInterfaceInput()
+                if interface is not None:
+                    given.copyContentFrom(interface)
+                    given.removeAttribute("interfacename")
+    return copy
+
+
+def scalar(node: Any, name: str) -> float:
+    """A number that is the same everywhere.
+
+    Raises
+    ------
+    InexpressibleError
+        If it varies.
+    """
+    value = constant_input(node, name)
+    if not isinstance(value, np.ndarray) or value.ndim:
+        msg = f"{name} of {node.getCategory()} varies, or is no number"
+        raise InexpressibleError(msg)
+    return float(value)
+
+
+def source(node: Any, name: str) -> tuple[Any, str] | None:
+    """The node that an input is connected to, and the name of its output; None if it is not connected."""
+    given = node.getInput(name)
+    return None if given is None else _source(given)
+
+
+def _source(given: Any) -> tuple[Any, str] | None:
+    output = given.getConnectedOutput() if given.getNodeGraphString() or not given.getNodeName() else None
+    if output is not None:
+        node = output.getConnectedNode()
+        return None if node is None else (node, str(output.getOutputString()))
+    node = given.getConnectedNode()
+    return None if node is None else (node, str(given.getOutputString()))
+
+
+def _of_node(node: Any, output: str) -> Term:
+    category = node.getCategory()
+    if category in _IMAGES:
+        return _image(node)
+    if category.startswith("separate") and output in _CHANNELS:
+        return term(node, "in").select((_CHANNELS[output],))
+    if category.startswith("combine"):
+        return _joined([term(node, f"in{k + 1}") for k in range(int(category[-1]))])
+    if category in _FUNCTIONS:
+        return _FUNCTIONS[category](node)
+    msg = f"its value comes from {category}, which has no form in glTF"
+    raise InexpressibleError(msg)
+
+
+def _image(node: Any) -> Term:
+    file = node.getInput("file")
+    name = "" if file is None else file.getResolvedValueString()
+    space = "" if file is None else file.getActiveColorSpace()
+    count = _COMPONENTS[node.getType()]
+    is_color = node.getType().startswith("color")
+    if not name:
+        msg = f"{node.getCategory()} has no file"
+        raise InexpressibleError(msg)
+    if is_color and space not in (*_LINEAR, ENCODED):
+        msg = f"the image is in the colour space {space}; glTF has sRGB and numbers as they are"
+        raise InexpressibleError(msg)
+    encoded = is_color and space == ENCODED
+    factor = np.ones(count)
+    if node.getCategory() == "gltf_image" and node.getNodeDef().getActiveInput("factor") is not None:
+        factor = _constant(term(node, "factor"))
+        if encoded and np.any(factor != 1.0):
+            msg = "the factor of an encoded gltf_image is applied to encoded colours"
+            raise InexpressibleError(msg)
+    lookup = look_up(node, name, encoded)
+    return Term(np.zeros(count), factor, lookup, tuple(range(count)))
+
+
+def look_up(node: Any, file: str, encoded: bool) -> Lookup:
+    """How an image node looks up its file.
+
+    Raises
+    ------
+    InexpressibleError
+        If its place is no affine function of one set of texture coordinates.
+    """
+    placement, index = placed_by(node)
+    texts = {}
+    for name, default in (("uaddressmode", "periodic"), ("vaddressmode", "periodic"), ("filtertype", "linear")):
+        value = constant_input(node, name) if node.getNodeDef().getActiveInput(name) is not None else default
+        texts[name] = str(value)
+    modes = (texts["uaddressmode"], texts["vaddressmode"])
+    if "constant" in modes:
+        msg = "an image that ends at its border (address mode constant)"
+        raise InexpressibleError(msg)
+    return Lookup(file, encoded, modes, texts["filtertype"], index, through(node, placement))
+
+
+def _joined(terms: list[Term]) -> Term:
+    lookups = {t.lookup for t in terms if t.lookup is not None}
+    if len(lookups) > 1:
+        msg = "it combines several images"
+        raise InexpressibleError(msg)
+    return Term(
+        np.concatenate([t.offset for t in terms]),
+        np.concatenate([t.scale for t in terms]),
+        next(iter(lookups), None),
+        tuple(channel for t in terms for channel in t.channels),
+    )
+
+
+def _pair(node: Any) -> tuple[Term, Term]:
+    return term(node, "in1"), term(node, "in2")
+
+
+def _constant(part: Term) -> Array:
+    if part.value is None:
+        msg = "it multiplies images, or divides by one"
+        raise InexpressibleError(msg)
+    return part.value
+
+
+def _multiply(node: Any) -> Term:
+    first, second = _pair(node)
+    return second * _constant(first) if first.lookup is None else first * _constant(second)
+
+
+def _divide(node: Any) -> Term:
+    first, second = _pair(node)
+    return first * (1.0 / _constant(second))
+
+
+def _add(node: Any) -> Term:
+    first, second = _pair(node)
+    return second + _constant(first) if first.lookup is None else first + _constant(second)
+
+
+def _subtract(node: Any) -> Term:
+    first, second = _pair(node)
+    return second * -1.0 + _constant(first) if first.lookup is None else first + -_constant(second)
+
+
+def _mix(node: Any) -> Term:
+    return blended(term(node, "bg"), term(node, "fg"), term(node, "mix"))
+
+
+def blended(low: Term, high: Term, amount: Term) -> Term:
+    """(1 - amount) low + amount high.
+
+    Raises
+    ------
+    InexpressibleError
+        If two of them are images.
+    """
+    if low.lookup is None and high.lookup is None:
+        step = np.atleast_1d(_constant(high) - _constant(low))
+        if not np.any(step):
+            return low
+        return amount * step + _constant(low)
+    share = _constant(amount)
+    if low.lookup is None:
+        return high * share + _constant(low) * (1.0 - share)
+    return low * (1.0 - share) + _constant(high) * share
+
+
+def _extract(node: Any) -> Term:
+    return term(node, "in").select((int(scalar(node, "index")),))
+
+
+def _convert(node: Any) -> Term:
+    count, given = _COMPONENTS[node.getType()], term(node, "in")
+    if len(given.offset) == 1:
+        return given.select((0,) * count)
+    if len(given.offset) < count:
+        msg = f"it converts {len(given.offset)} components to {count}"
+        raise InexpressibleError(msg)
+    return given.select(tuple(range(count)))
+
+
+_IMAGES = ("image", "tiledimage", "gltf_image")
+_FUNCTIONS: dict[str, Callable[[Any], Term]] = {
+    "multiply": _multiply,
+    "divide": _divide,
+    "add": _add,
+    "subtract": _subtract,
+    "mix": _mix,
+    "extract": _extract,
+    "convert": _convert,
+    "dot": lambda node: term(node, "in"),
+}

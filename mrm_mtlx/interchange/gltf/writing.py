@@ -1,0 +1,86 @@
+"""Writes the materials of a document as a glTF asset, reads them back, and says what they are apart."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx.interchange.gltf import comparison
+from mrm_mtlx.interchange.gltf.asset import Asset
+from mrm_mtlx.interchange.gltf.container import LOST
+from mrm_mtlx.interchange.gltf.material import Material, inputs_of
+from mrm_mtlx.interchange.gltf.placement import InexpressibleError
+from mrm_mtlx.interchange.gltf.reading import read
+from mrm_mtlx.interchange.gltf.slots import Images
+from mrm_mtlx.interchange.gltf.terms import resolved
+from mrm_mtlx.interchange.imported import NothingToWriteError, Remark
+from mrm_mtlx.reference import UnsupportedError
+from mrm_mtlx.reference.graph import shader_node
+from mrm_mtlx.shadergen import renderable_elements
+
+if TYPE_CHECKING:
+    from mrm_mtlx.interchange.imported import Imported
+    from mrm_mtlx.library import DataLibrary
+
+LEFT_OUT = "INTERCHANGE_LEFT_OUT"
+
+
+def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
+    """Write a document as .gltf or .glb; see `interchange.formats`.
+
+    A material that glTF cannot say is left out. What was written is read back, and how far it is from the document is
+    a remark where it is more than rounding.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    NothingToWriteError
+        If glTF can say none of the document's materials.
+    """
+    document = resolved(source.document)
+    images, asset = Images(source, path), Asset()
+    remarks: list[Remark] = []
+    written = []
+    for element in renderable_elements(document):
+        place = f"/{element.getNamePath()}"
+        try:
+            material = Material(inputs_of(shader_node(element)), element.getName(), asset, images)
+        except InexpressibleError as error:
+            remarks.append(Remark(LEFT_OUT, place, f"glTF has no form for it: {error}"))
+            continue
+        remarks += [Remark(LOST, f"{place}{where}", message) for where, message in material.losses]
+        asset.materials.append(material.data)
+        written.append(element)
+    if not written:
+        raise NothingToWriteError(remarks)
+    remarks += _differences(written, asset, images, path, library)
+    asset.save(path)
+    return remarks
+
+
+def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, library: DataLibrary) -> list[Remark]:
+    """What the asset's materials are apart from those that they were made of."""
+    remarks = []
+    with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
+        copy, scratch = Path(folder) / path.name, Path(folder) / "scratch"
+        scratch.mkdir()
+        asset.save(copy, beside=False)
+        back = read(copy, Path(folder), library, scratch)
+        found = Images(back, copy)
+        for element, again in zip(elements, renderable_elements(back.document), strict=True):
+            place = f"/{element.getNamePath()}"
+            try:
+                largest, mean = comparison.difference((element, images.pixels), (again, found.pixels))
+            except (UnsupportedError, RecursionError) as error:
+                remarks.append(Remark(LOST, place, f"it was written and not compared: the reference has no {error}"))
+                continue
+            if largest > comparison.ROUNDING:
+                message = f"as glTF, its values differ by up to {_share(largest)}, {_share(mean)} in the mean"
+                remarks.append(Remark(LOST, place, message))
+    return remarks
+
+
+def _share(value: float) -> str:
+    return f"{100.0 * value:.2g} %"
