@@ -31,16 +31,17 @@ def doctor(
     if coverage:
         _print_coverage(report_format)
         return
-    from mrm_mtlx.library import node_library_folder
+    from mrm_mtlx.library import load_library, node_library_folder
     from mrm_mtlx.shadergen import available_targets
     from mrm_mtlx.validation.runner import versions
 
-    engines = survey()
+    engines, models = survey(), load_library().surface_models
     if report_format is TableFormat.JSON:
         report = {
             "schema": "mrm.doctor/1",
             "versions": versions(),
             "targets": list(available_targets()),
+            "surface_models": [{"node": x.model.node, "input": x.model.amount, "reason": x.reason} for x in models],
             "engines": {
                 name: {"use": use, "available": a.available, "detail": a.detail, "remedy": a.remedy}
                 for name, (use, a) in engines.items()
@@ -51,6 +52,10 @@ def doctor(
         typer.echo("versions   " + ", ".join(f"{name} {version}" for name, version in versions().items()))
         typer.echo(f"library    {'found' if node_library_folder().is_dir() else 'missing'}")
         typer.echo(f"targets    {', '.join(available_targets())} (source can be generated)")
+        extended = [f"{x.model.node} {x.model.amount}" for x in models if not x.reason]
+        typer.echo(f"models     {', '.join(extended) or 'none'} (partly retroreflective)")
+        for left_out in (x for x in models if x.reason):
+            typer.echo(f"{'':11}{left_out.model.node} is left out: {left_out.reason}")
         width = max(len(use) for use, _ in engines.values())
         for name, (use, state) in engines.items():
             typer.echo(

@@ -51,7 +51,9 @@ def test_doctor_says_what_runs_here_and_how_to_add_the_rest(mrm, gl):
     text, report = mrm("doctor"), mrm("doctor", "--format", "json")
     assert (text.returncode, text.stderr, report.returncode, report.stderr) == (0, "", 0, "")
     found = json.loads(report.stdout)
-    assert list(found) == ["schema", "versions", "targets", "engines"]
+    assert list(found) == ["schema", "versions", "targets", "surface_models", "engines"]
+    assert [m["node"] for m in found["surface_models"]] == ["open_pbr_surface", "standard_surface", "gltf_pbr"]
+    assert all(f"{m['node']} {m['input']}" in text.stdout and not m["reason"] for m in found["surface_models"])
     assert found["schema"] == "mrm.doctor/1"
     assert set(found["targets"]) <= set(TARGETS)
     assert list(found["engines"]) == ["gl", "vulkan", "slang", "osl", "cycles"]
