@@ -44,7 +44,7 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         to render.
     """
     from mrm_mtlx.shadergen import renderable_elements
-    from mrm_mtlx.validation.findings import Severity, finding
+    from mrm_mtlx.validation.findings import blocks, finding
     from mrm_mtlx.validation.graph_checks import check_graph
     from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 
@@ -61,7 +61,7 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         except ReadError as error:
             findings = [error.finding]
     print_findings(findings)
-    if imported is None or any(f.severity is Severity.ERROR for f in findings):
+    if imported is None or any(blocks(f) for f in findings):
         raise typer.Exit(1)
     elements = renderable_elements(imported.document)
     names = [e.getNamePath() for e in elements]

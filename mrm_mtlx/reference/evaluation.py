@@ -247,7 +247,7 @@ class Evaluation:
             number = np.array([[[value[row, column]] for column in size] for row in size])
         else:
             number = np.array([[x] for x in value.asTuple()])
-        number = self._written(np.asarray(number * _unit_scale(element, declared), dtype=np.float32), scope)
+        number = self._written(np.asarray(number * unit_scale(element, declared), dtype=np.float32), scope)
         if kind.startswith("color") and not stored and not self._is_taken_as_it_is(element):
             number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light)
         return self._rounded(number)
@@ -374,7 +374,7 @@ def _has_closures(definition: Any) -> bool:
     return any(out.getType() in ("BSDF", "VDF") for out in definition.getActiveOutputs())
 
 
-def _unit_scale(element: Any, declared: Any) -> float:
+def unit_scale(element: Any, declared: Any) -> float:
     """Factor from the unit that a number is given in to the one it is wanted in, as MaterialX's generators convert it.
 
     That is the unit of the definition, or for distances without one the metre.

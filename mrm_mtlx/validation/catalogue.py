@@ -225,6 +225,22 @@ RULES: dict[str, Rule] = {
             "Build the material of what the other format has, for glTF of the node gltf_pbr, or use another format.",
         ),
         Rule(
+            "USD_VALIDATOR",
+            _ERROR,
+            "an error by USD's own validators",
+            "The validators that come with USD call it an error; their name is in the message. They know nothing of "
+            "MaterialX's nodes: that these are unknown to them is left out (docs/usd.md). The materials are checked "
+            "all the same.",
+            "Do what the message says; a stage wants defaultPrim, metersPerUnit and upAxis.",
+        ),
+        Rule(
+            "USD_VALIDATOR_WARNING",
+            _WARNING,
+            "a warning by USD's own validators",
+            "As USD_VALIDATOR, but what the validators call a warning.",
+            "Do what the message says.",
+        ),
+        Rule(
             "RETRO_UNDEFINED",
             _ERROR,
             "node cannot be retroreflective",

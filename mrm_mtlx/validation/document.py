@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.element import ElementCheck, sweep_element
-from mrm_mtlx.validation.findings import Severity, finding
+from mrm_mtlx.validation.findings import blocks, finding
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
@@ -45,7 +45,7 @@ def check_document(request: Request) -> DocumentResult:
 def _check(request: Request, document: Any, result: DocumentResult) -> None:
     """Add the findings and results of a document that was read."""
     result.findings += check_graph(document, request.path.parent, request.root)
-    blocked = any(f.severity is Severity.ERROR for f in result.findings)
+    blocked = any(blocks(f) for f in result.findings)
     if any(f.code == "DOC_CYCLE" for f in result.findings):
         return
     elements = renderable_elements(document)

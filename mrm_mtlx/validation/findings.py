@@ -20,7 +20,8 @@ class Rule:
     Attributes
     ----------
     code
-        Stable; the part before the first underscore is the group (READ, DOC, RETRO, ENERGY, LOBE, SHADER, CHECK).
+        Stable; the part before the first underscore is the group (READ, DOC, USD, INTERCHANGE,
+        RETRO, ENERGY, LOBE, SHADER, CHECK).
     severity
         Error or warning.
     title
@@ -59,6 +60,11 @@ class Finding:
     location: str
     message: str
     hint: str
+
+
+def blocks(found: Finding) -> bool:
+    """Whether a finding means that nothing can be made of the document: an error, but not of what is around it."""
+    return found.severity is Severity.ERROR and not found.code.startswith("USD_")
 
 
 def finding(code: str, location: str, message: str, hint: str = "") -> Finding:

@@ -1,0 +1,13 @@
+"""USD: materials of a stage as a document, and a document's materials as a stage.
+
+* `reading`: a stage's materials, in all variants, over `network` (one material) and `assets` (its files).
+* `opening`: safe opening of files that nobody vouches for, over `weighing` (how large the stage will be).
+* `validators`: what USD's own validators say.
+* `writing`: a document's materials as prims; `saving`: their file.
+* `values`: types, values and colour spaces.
+"""
+
+from mrm_mtlx.interchange.usd.reading import read
+from mrm_mtlx.interchange.usd.saving import write
+
+__all__ = ["read", "write"]

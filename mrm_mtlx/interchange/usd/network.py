@@ -1,0 +1,331 @@
+"""A Material's network as nodes of a document, and where each of them comes from."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pxr import Sdf, Usd, UsdShade
+
+from mrm_mtlx.interchange.imported import Remark
+from mrm_mtlx.interchange.usd.values import COLORED, color_space, materialx_type, outputs_of, to_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import MaterialX as mx
+
+    from mrm_mtlx.library import DataLibrary
+
+# Inputs of a material node, and the node's category, by the material's terminal.
+TERMINALS = {
+    "surface": ("surfaceshader", "surfacematerial"),
+    "displacement": ("displacementshader", "surfacematerial"),
+    "volume": ("volumeshader", "volumematerial"),
+}
+# What the ids of MaterialX's node definitions begin with.
+ID_PREFIX = "ND_"
+
+
+@dataclass
+class Translation:
+    """A document in the making.
+
+    Attributes
+    ----------
+    document
+        Its data library is set.
+    library
+        The definitions.
+    file_name
+        Function from an attribute of type asset to the file's name in the document.
+    places, remarks
+        See `Imported`.
+    """
+
+    document: mx.Document
+    library: DataLibrary
+    file_name: Callable[[Usd.Attribute], str]
+    places: dict[str, str] = field(default_factory=dict)
+    remarks: list[Remark] = field(default_factory=list)
+
+
+class _Source(NamedTuple):
+    """What gives an input its value.
+
+    Attributes
+    ----------
+    kind
+        "node" (a shader's output), "graph" (a graph's), "interface" (of the graph around), "value", or "nothing" if the
+        connection leads nowhere.
+    prim, name
+        What it is connected to; for "nothing", the path.
+    attribute
+        The output or interface of a graph, what has the value, or what is connected.
+    """
+
+    kind: str
+    prim: Usd.Prim
+    name: str
+    attribute: Usd.Attribute
+
+
+def terminals(material: UsdShade.Material) -> dict[str, UsdShade.Output]:
+    """The outputs of a material that MaterialX renders: those of its render context, or else the universal ones.
+
+    A universal output counts if a node of MaterialX feeds it.
+    """
+    found = {}
+    for name in TERMINALS:
+        output = material.GetOutput(f"mtlx:{name}")
+        if output and output.GetAttr().IsAuthored():
+            found[name] = output
+            continue
+        output = material.GetOutput(name)
+        attributes = UsdShade.Utils.GetValueProducingAttributes(output) if output else []
+        if any(is_materialx(attribute.GetPrim()) for attribute in attributes):
+            found[name] = output
+    return found
+
+
+def is_materialx(prim: Usd.Prim) -> bool:
+    """Whether a prim is a shader with the id of a MaterialX node."""
+    return prim.IsA(UsdShade.Shader) and str(UsdShade.Shader(prim).GetIdAttr().Get() or "").startswith(ID_PREFIX)
+
+
+class Network:
+    """The network of one material, in `translation`; `place` gives a path as it is reported."""
+
+    def __init__(
+        self, translation: Translation, material: UsdShade.Material, place: Callable[[Sdf.Path], str] = str
+    ) -> None:
+        self._into, self._material, self._place = translation, material, place
+        self._stage = material.GetPrim().GetStage()
+        self._document = translation.document
+        self._graphs: dict[Sdf.Path, Any] = {}
+        self._nodes: dict[Sdf.Path, tuple[Any, Any]] = {}
+        self._waiting: list[tuple[Usd.Prim, Any, Any, Any]] = []
+
+    def translate(self) -> None:
+        """Add the material, all that it is made of, and what lies in it unused."""
+        prim = self._material.GetPrim()
+        for child in prim.GetFilteredChildren(Usd.TraverseInstanceProxies()):
+            if child.IsA(UsdShade.NodeGraph) and _is_closed(child):
+                self._graphs[child.GetPath()] = None
+        made: dict[str, Any] = {}
+        for name, output in terminals(self._material).items():
+            given_name, category = TERMINALS[name]
+            if category not in made:
+                made[category] = self._document.addNode(category, self._free(prim.GetName()), "material")
+                self._document_text(prim, made[category])
+                self._note(made[category], prim.GetPath())
+            given = made[category].addInput(given_name, given_name)
+            self._note(given, output.GetAttr().GetPath())
+            source = self._source(output.GetAttr(), None)
+            if source.kind == "value":
+                self._remark("DOC_CONNECTION", output.GetAttr().GetPath(), "the material's output is not connected")
+            else:
+                self._connect(given, source, given_name)
+        for child in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
+            if is_materialx(child):
+                self._node(child, "")
+        while self._waiting:
+            self._inputs(*self._waiting.pop())
+
+    def _note(self, element: Any, path: Sdf.Path) -> None:
+        self._into.places[element.getNamePath()] = self._place(path)
+
+    def _remark(self, code: str, path: Sdf.Path, message: str, hint: str = "") -> None:
+        self._into.remarks.append(Remark(code, self._place(path), message, hint))
+
+    def _free(self, name: str, parent: Any = None) -> str:
+        """A name that no element has yet."""
+        return str((parent or self._document).createValidChildName(name))
+
+    def _home(self, prim: Usd.Prim) -> Sdf.Path | None:
+        """The graph in which a shader stands in the document, None for the document itself."""
+        path = prim.GetPath().GetParentPath()
+        return path if path in self._graphs else None
+
+    def _graph(self, path: Sdf.Path) -> Any:
+        if self._graphs[path] is None:
+            graph = self._document.addNodeGraph(self._free(path.name))
+            self._graphs[path] = graph
+            self._document_text(self._stage.GetPrimAtPath(path), graph)
+            self._note(graph, path)
+        return self._graphs[path]
+
+    def _node(self, prim: Usd.Prim, expected: str) -> tuple[Any, Any]:
+        """The node of a shader, and its definition or None; `expected` is the type if nothing says it."""
+        path = prim.GetPath()
+        if path in self._nodes:
+            return self._nodes[path]
+        identifier = str(UsdShade.Shader(prim).GetIdAttr().Get() or "")
+        definition = self._into.library.document.getNodeDef(identifier) if identifier else None
+        home = self._home(prim)
+        parent = self._document if home is None else self._graph(home)
+        category = str(definition.getNodeString()) if definition is not None else identifier or "unknown"
+        kind = str(definition.getType()) if definition is not None else expected or "float"
+        node = parent.addNode(_valid(category), self._free(prim.GetName(), parent), kind)
+        self._document_text(prim, node)
+        self._note(node, path)
+        self._nodes[path] = (node, definition)
+        if definition is None and not identifier:
+            self._remark("DOC_UNKNOWN_NODE", path, "the shader has no info:id, by which MaterialX would know it")
+        if definition is not None:
+            self._waiting.append((prim, node, definition, home))
+        return self._nodes[path]
+
+    def _document_text(self, prim: Usd.Prim, element: Any) -> None:
+        if prim.HasAuthoredDocumentation():
+            element.setDocString(prim.GetDocumentation())
+
+    def _inputs(self, prim: Usd.Prim, node: Any, definition: Any, home: Sdf.Path | None) -> None:
+        for given in UsdShade.Shader(prim).GetInputs():
+            name, attribute = given.GetBaseName(), given.GetAttr()
+            declared = definition.getActiveInput(name)
+            if declared is None:
+                self._unknown_input(attribute, name, node, definition)
+                continue
+            kind = materialx_type(attribute.GetTypeName(), declared.getType())
+            if kind != declared.getType():
+                message = f"input '{name}' has type {kind}, expected {declared.getType()}"
+                self._remark("DOC_INPUT_TYPE", attribute.GetPath(), message)
+                continue
+            self._input(node, attribute, name, kind, home)
+        found = node.getNodeDef()
+        if found is None or found.getName() != definition.getName():
+            node.setNodeDefString(definition.getName())
+
+    def _unknown_input(self, attribute: Usd.Attribute, name: str, node: Any, definition: Any) -> None:
+        inputs = [str(declared.getName()) for declared in definition.getActiveInputs()]
+        near = difflib.get_close_matches(name, inputs, 1)
+        message = f"'{node.getCategory()}' has no input '{name}'" + (f"; did you mean '{near[0]}'?" if near else "")
+        code = "RETRO_UNDEFINED" if name == "retroreflective" else "DOC_UNKNOWN_INPUT"
+        hint = "" if name == "retroreflective" else f"Its inputs are {', '.join(inputs)}."
+        self._remark(code, attribute.GetPath(), message, hint)
+
+    def _input(self, parent: Any, attribute: Usd.Attribute, name: str, kind: str, home: Sdf.Path | None) -> None:
+        """An input of a node or a graph, with its value or connection; none if it has neither."""
+        source = self._source(attribute, home)
+        if source.kind == "value":
+            value, space = self._value(source.attribute, kind), _space(source.attribute) or _space(attribute)
+            if source.attribute.GetPath() != attribute.GetPath() and not self._fits(source.attribute, attribute, kind):
+                return
+            if value is None and not space:
+                return
+            given = parent.addInput(name, kind)
+            if value is not None:
+                given.setValueString(value)
+            if space and kind in COLORED:
+                given.setColorSpace(space)
+        else:
+            given = parent.addInput(name, kind)
+            if kind in COLORED and _space(attribute):
+                given.setColorSpace(_space(attribute))
+            self._connect(given, source, kind)
+        self._note(given, attribute.GetPath())
+
+    def _fits(self, source: Usd.Attribute, attribute: Usd.Attribute, kind: str) -> bool:
+        found = materialx_type(source.GetTypeName(), kind)
+        if found != kind:
+            message = f"'{source.GetPath().name}' of {source.GetPrimPath().name} gives {found}, expected {kind}"
+            self._remark("DOC_CONNECTION", attribute.GetPath(), message)
+        return found == kind
+
+    def _value(self, attribute: Usd.Attribute, kind: str) -> str | None:
+        """The value of an attribute as text, None if it has none."""
+        if attribute.GetNumTimeSamples() > 0:
+            message = "the value is animated; that of its first time is taken"
+            self._remark("INTERCHANGE_LOST", attribute.GetPath(), message)
+        value = attribute.Get(Usd.TimeCode.EarliestTime())
+        if value is None:
+            return None
+        if kind == "filename":
+            return self._into.file_name(attribute) or None
+        return to_text(value)
+
+    def _connect(self, given: Any, source: _Source, kind: str) -> None:
+        """Connect an input or output of the document."""
+        if source.kind == "node":
+            node, definition = self._node(source.prim, kind)
+            given.setNodeName(node.getName())
+            names = [] if definition is None else outputs_of(definition)
+            shader_output = source.name in TERMINALS and len(names) == 1
+            if definition is not None and not shader_output and (len(names) > 1 or source.name not in names):
+                given.setOutputString(source.name)
+        elif source.kind == "graph":
+            graph = self._graph(source.prim.GetPath())
+            given.setNodeGraphString(graph.getName())
+            given.setOutputString(source.name)
+            if graph.getOutput(source.name) is None:
+                self._output(graph, source, kind)
+        elif source.kind == "interface":
+            graph = self._graph(source.prim.GetPath())
+            given.setInterfaceName(source.name)
+            if graph.getInput(source.name) is None:
+                self._input(graph, source.attribute, source.name, kind, None)
+                if graph.getInput(source.name) is None:  # it has no value; inputs that name it need it all the same
+                    self._note(graph.addInput(source.name, kind), source.attribute.GetPath())
+        else:
+            self._remark("DOC_CONNECTION", source.attribute.GetPath(), f"nothing gives a value at {source.name}")
+
+    def _output(self, graph: Any, asked: _Source, kind: str) -> None:
+        """An output of a graph, of the type that is asked of it."""
+        output = graph.addOutput(asked.name, kind)
+        self._note(output, asked.attribute.GetPath())
+        source = self._source(asked.attribute, asked.prim.GetPath())
+        if source.kind == "value":
+            value = self._value(source.attribute, kind)
+            if value is not None:
+                output.setValueString(value)
+        else:
+            self._connect(output, source, kind)
+
+    def _source(self, attribute: Usd.Attribute, home: Sdf.Path | None) -> _Source:
+        """Where a value comes from, followed through the graphs and materials that the document has not."""
+        seen = set()
+        while True:
+            seen.add(attribute.GetPath())
+            paths = attribute.GetConnections()
+            if not paths:
+                return _Source("value", attribute.GetPrim(), "", attribute)
+            if len(paths) > 1:
+                message = f"it is connected {len(paths)} times; the first connection is taken"
+                self._remark("INTERCHANGE_LOST", attribute.GetPath(), message)
+            prim = self._stage.GetPrimAtPath(paths[0].GetPrimPath())
+            name, kind = UsdShade.Utils.GetBaseNameAndType(paths[0].name)
+            if prim and prim.IsA(UsdShade.Shader) and kind == UsdShade.AttributeType.Output:
+                return _Source("node", prim, name, attribute)
+            following = self._stage.GetAttributeAtPath(paths[0])
+            is_graph = bool(prim) and prim.IsA(UsdShade.NodeGraph)
+            if not is_graph or not following or following.GetPath() in seen:
+                return _Source("nothing", attribute.GetPrim(), str(paths[0]), attribute)
+            if prim.GetPath() in self._graphs:
+                if kind == UsdShade.AttributeType.Output and home != prim.GetPath():
+                    return _Source("graph", prim, name, following)
+                if kind == UsdShade.AttributeType.Input and home == prim.GetPath():
+                    return _Source("interface", prim, name, following)
+            attribute = following
+
+
+def _space(attribute: Usd.Attribute) -> str:
+    return color_space(attribute.GetColorSpace()) if attribute.HasColorSpace() else ""
+
+
+def _valid(name: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in name)
+
+
+def _is_closed(graph: Usd.Prim) -> bool:
+    """Whether a graph can be one of the document: shaders alone, connected among themselves and to its interface."""
+    inside = {graph.GetPath()}
+    children = list(graph.GetFilteredChildren(Usd.TraverseInstanceProxies()))
+    if not all(child.IsA(UsdShade.Shader) for child in children):
+        return False
+    inside |= {child.GetPath() for child in children}
+    attributes = [output.GetAttr() for output in UsdShade.NodeGraph(graph).GetOutputs()]
+    for child in children:
+        attributes += [given.GetAttr() for given in UsdShade.Shader(child).GetInputs()]
+    return all(path.GetPrimPath() in inside for attribute in attributes for path in attribute.GetConnections())

@@ -1,0 +1,136 @@
+"""The materials of a stage as one document: those of the selected variants, and those that other variants make."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+from pxr import Sdf, Usd, UsdShade
+
+from mrm_mtlx.interchange.imported import Imported, Remark
+from mrm_mtlx.interchange.usd.assets import Assets
+from mrm_mtlx.interchange.usd.network import Network, Translation, terminals
+from mrm_mtlx.interchange.usd.opening import open_stage, said
+from mrm_mtlx.interchange.usd.validators import validator_remarks
+from mrm_mtlx.interchange.usd.values import color_space
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from mrm_mtlx.library import DataLibrary
+
+# Variants that are selected one after the other to see what they change.
+MAXIMUM_VARIANTS = 64
+
+
+def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
+    """Read the materials of a stage that have a MaterialX network; see `interchange.formats`."""
+    stage, remarks = open_stage(path, root)
+    assets = Assets(path, root, scratch)
+    translation = Translation(_document(stage, library), library, assets.name)
+    known = _translate_all(stage, translation)
+    _translate_variants(stage, translation, known)
+    remarks += _circles(stage) + translation.remarks + assets.remarks + validator_remarks(stage, library)
+    return Imported(
+        translation.document,
+        translation.places,
+        list(dict.fromkeys(remarks)),
+        folder=assets.folder,
+        root=assets.root,
+        packed=assets.packed,
+    )
+
+
+def _document(stage: Usd.Stage, library: DataLibrary) -> mx.Document:
+    document = mx.createDocument()
+    document.setDataLibrary(library.document)
+    space = stage.GetRootLayer().customLayerData.get("colorSpace")  # as UsdMtlx writes it
+    if isinstance(space, str) and space:
+        document.setColorSpace(color_space(space))
+    return document
+
+
+def _materials(stage: Usd.Stage, below: Usd.Prim | None = None) -> Iterator[UsdShade.Material]:
+    """Materials with a MaterialX network; what instances share comes once, where the first instance has it."""
+    prototypes = set()
+    prims = iter(Usd.PrimRange(below or stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
+    for prim in prims:
+        if prim.IsInstance():
+            if prim.GetPrototype().GetPath() in prototypes:
+                prims.PruneChildren()
+            prototypes.add(prim.GetPrototype().GetPath())
+        if prim.IsA(UsdShade.Material):
+            prims.PruneChildren()
+            material = UsdShade.Material(prim)
+            if terminals(material):
+                yield material
+
+
+def _translate_all(stage: Usd.Stage, translation: Translation) -> dict[Sdf.Path, str]:
+    """Translate the materials as they are; return what each is made of, by path, where a variant may change it."""
+    changing = _prims_with_variants(stage)
+    known = {}
+    for material in _materials(stage):
+        Network(translation, material).translate()
+        path = material.GetPath()
+        if any(path.HasPrefix(prim) for prim in changing):
+            known[path] = _made_of(material, translation)
+    return known
+
+
+def _translate_variants(stage: Usd.Stage, translation: Translation, known: dict[Sdf.Path, str]) -> None:
+    """Translate what each variant makes that is not there without it, one variant at a time."""
+    stage.SetEditTarget(stage.GetSessionLayer())
+    count = 0
+    for path in _prims_with_variants(stage):
+        prim = stage.GetPrimAtPath(path)
+        sets = prim.GetVariantSets()
+        for name in sorted(sets.GetNames()):
+            variants = sets.GetVariantSet(name)
+            selected = variants.GetVariantSelection()
+            for variant in sorted(variants.GetVariantNames()):
+                if variant == selected:
+                    continue
+                count += 1
+                if count > MAXIMUM_VARIANTS:
+                    message = f"of its variants, {MAXIMUM_VARIANTS} are looked at; the others are not checked"
+                    translation.remarks.append(Remark("INTERCHANGE_LOST", str(path), message))
+                    return
+                variants.SetVariantSelection(variant)
+                _translate_changed(stage, path, f"{{{name}={variant}}}", translation, known)
+                variants.ClearVariantSelection()
+
+
+def _translate_changed(
+    stage: Usd.Stage, path: Sdf.Path, selection: str, translation: Translation, known: dict[Sdf.Path, str]
+) -> None:
+    prefix = str(path)
+
+    def place(of: Sdf.Path) -> str:
+        text = str(of)
+        return f"{prefix}{selection}{text[len(prefix) :].removeprefix('/')}" if of.HasPrefix(path) else text
+
+    for material in _materials(stage, stage.GetPrimAtPath(path)):
+        if _made_of(material, translation) != known.get(material.GetPath()):
+            Network(translation, material, place).translate()
+
+
+def _prims_with_variants(stage: Usd.Stage) -> list[Sdf.Path]:
+    """Prims that can be given another variant: not inside of instances, which have no selection of their own."""
+    return [prim.GetPath() for prim in stage.Traverse() if prim.HasVariantSets()]
+
+
+def _made_of(material: UsdShade.Material, translation: Translation) -> str:
+    """A material's network as text, to be compared."""
+    document = mx.createDocument()
+    document.setDataLibrary(translation.library.document)
+    alone = Translation(document, translation.library, translation.file_name)
+    Network(alone, material).translate()
+    return str(mx.writeToXmlString(document)) + repr(alone.remarks)
+
+
+def _circles(stage: Usd.Stage) -> list[Remark]:
+    """Prims that refer to themselves, which USD leaves out."""
+    errors: list[Any] = [error for error in stage.GetCompositionErrors() if type(error).__name__ == "ErrorArcCycle"]
+    return [Remark("READ_INCLUDE", str(error.rootSite.path), said(error)) for error in errors]

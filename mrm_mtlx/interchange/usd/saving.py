@@ -1,0 +1,81 @@
+"""A document's materials as a file of USD: text, crate, or a package with its images."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pxr import Sdf, Tf, UsdUtils
+
+from mrm_mtlx.interchange.usd.opening import said
+from mrm_mtlx.interchange.usd.writing import write_materials
+from mrm_mtlx.library.console import silenced
+from mrm_mtlx.library.files import replacing, resolve_inside
+
+if TYPE_CHECKING:
+    from mrm_mtlx.interchange.imported import Imported, Remark
+    from mrm_mtlx.library import DataLibrary
+
+# Files in a package begin at multiples of this, so that they can be mapped into memory (USDZ specification).
+ALIGNMENT = 64
+# Length of a file's header in a package without its name, and of that of a header's extra field (ZIP, APPNOTE 4.3.7).
+_HEADER, _EXTRA_HEADER = 30, 4
+# Of the extra field that fills up a header; USD's own packages use the same number.
+_EXTRA_ID = 0x1986
+
+
+def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
+    """Write the materials of a document as `path`; see `interchange.formats`."""
+    del library  # the document's own is set
+    with replacing(path) as unfinished:
+        if path.suffix.lower() == ".usdz":
+            return _package(source, path.stem, unfinished)
+        return _layer(source, path.resolve().parent, unfinished)
+
+
+def _layer(source: Imported, folder: Path, unfinished: Path) -> list[Remark]:
+    """Write a layer whose images are named as seen from `folder`."""
+
+    def anchored(name: str) -> str:
+        target = resolve_inside(name, source.folder, source.root)
+        if target is None:  # a checked document has none
+            return name
+        relative = os.path.relpath(target, folder).replace(os.sep, "/")
+        return relative if relative.startswith("../") else f"./{relative}"
+
+    layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
+    remarks = write_materials(source.document, layer, anchored)
+    try:
+        layer.Export(str(unfinished))
+    except Tf.ErrorException as error:
+        raise OSError(0, said(error)) from error
+    return remarks
+
+
+def _package(source: Imported, name: str, unfinished: Path) -> list[Remark]:
+    """Write a package: USD gathers the images, and what it wrote is stored again without the time of writing."""
+    with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
+        layer, gathered = Path(folder, f"{name}.usdc"), Path(folder, "gathered.usdz")
+        remarks = _layer(source, Path(folder).resolve(), layer)
+        with silenced():
+            made = UsdUtils.CreateNewUsdzPackage(str(layer), str(gathered))
+        if not made:
+            raise OSError(0, "USD cannot make the package; is an image missing?")
+        with zipfile.ZipFile(gathered) as found, zipfile.ZipFile(unfinished, "w") as package:
+            position = 0
+            for entry in found.infolist():
+                position = _store(package, entry.filename, found.read(entry), position)
+    return remarks
+
+
+def _store(package: zipfile.ZipFile, name: str, content: bytes, position: int) -> int:
+    """Add a file at the next multiple of `ALIGNMENT`, uncompressed, of no date; return the position behind it."""
+    entry = zipfile.ZipInfo(name)
+    start = position + _HEADER + len(name.encode()) + _EXTRA_HEADER
+    padding = -start % ALIGNMENT
+    entry.extra = _EXTRA_ID.to_bytes(2, "little") + padding.to_bytes(2, "little") + bytes(padding)
+    package.writestr(entry, content)
+    return start + padding + len(content)

@@ -1,0 +1,78 @@
+"""What USD's own validators say of a stage."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from pxr import Sdf, Tf, UsdShade, UsdValidation
+
+from mrm_mtlx.interchange.imported import Remark
+from mrm_mtlx.interchange.usd.opening import said
+from mrm_mtlx.library.console import silenced
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pxr import Usd
+
+    from mrm_mtlx.library import DataLibrary
+
+# A USD without UsdMtlx has no registry of MaterialX's nodes, and says so of every shader; see docs/usd.md.
+NOISE = "usdShadeValidators:ShaderSdrCompliance.MissingShaderIdInRegistry"
+# Findings of one kind that are listed one by one; a stage of thousands of prims has thousands of the same.
+MAXIMUM_OF_A_KIND = 10
+
+
+def validator_remarks(stage: Usd.Stage, library: DataLibrary) -> list[Remark]:
+    """Errors and warnings of all validators, by kind and place.
+
+    Left out are `NOISE` about ids that the library has a definition of (what is checked with it says more), and what
+    is a remark of `opening` or `reading`: circles of references, and files of other formats.
+    """
+    registry = UsdValidation.ValidationRegistry()
+    with silenced():
+        try:
+            context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
+            errors = context.Validate(stage)
+        except Tf.ErrorException as stopped:
+            return [Remark("USD_VALIDATOR", "", f"USD's validators stopped: {said(stopped)}")]
+    found: dict[tuple[str, str], set[tuple[str, str]]] = {}
+    for error in errors:
+        code = _CODES.get(error.GetType())
+        if code is not None and not _is_known(error, library):
+            found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), said(error.GetMessage())))
+    return [remark for kind in sorted(found) for remark in _listed(*kind, sorted(found[kind]))]
+
+
+_CODES = {
+    UsdValidation.ValidationErrorType.Error: "USD_VALIDATOR",
+    UsdValidation.ValidationErrorType.Warn: "USD_VALIDATOR_WARNING",
+}
+_NOT_OPENED = re.compile(r"Could not open asset @[^@]*(?<!\.usd)(?<!\.usd[acz])@")
+
+
+def _is_known(error: Any, library: DataLibrary) -> bool:
+    message = error.GetMessage()
+    if error.GetIdentifier() != NOISE:
+        return message.startswith("Cycle detected") or _NOT_OPENED.match(message) is not None
+    ids = (UsdShade.Shader(site.GetPrim()).GetIdAttr().Get() for site in error.GetSites() if site.IsPrim())
+    return all(library.document.getNodeDef(identifier or "") is not None for identifier in ids)
+
+
+def _place(error: Any) -> str:
+    """Path of the first prim or property that an error is about; "" for the stage itself."""
+    for site in error.GetSites():
+        if site.IsPrim():
+            path = site.GetPrim().GetPath()
+            return "" if path == Sdf.Path.absoluteRootPath else str(path)
+        if site.IsProperty():
+            return str(site.GetProperty().GetPath())
+    return ""
+
+
+def _listed(code: str, kind: str, found: list[tuple[str, str]]) -> Iterator[Remark]:
+    for place, message in found[:MAXIMUM_OF_A_KIND]:
+        yield Remark(code, place, f"{kind}: {message}")
+    if len(found) > MAXIMUM_OF_A_KIND:
+        yield Remark(code, "", f"{kind}: {len(found) - MAXIMUM_OF_A_KIND} more of the same")

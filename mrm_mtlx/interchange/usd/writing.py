@@ -1,0 +1,346 @@
+"""A document's materials as prims of a stage, in the form that UsdMtlx gives them.
+
+Each Material holds all that its network consists of: USD allows no connection that leads out of it (encapsulation).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
+
+from mrm_mtlx.interchange.imported import Remark
+from mrm_mtlx.interchange.usd.values import COLORED, SDF_TYPES, sdf_type, to_usd
+from mrm_mtlx.reference.evaluation import unit_scale
+from mrm_mtlx.reference.graph import LINEAR_SPACES, defining_graph
+from mrm_mtlx.shadergen import renderable_elements
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+# The prim that holds the materials, and is the stage's default.
+MATERIALS = "Materials"
+# The kind of material output, by the input of a material node or the type of a shader.
+TERMINALS = {"surfaceshader": "surface", "displacementshader": "displacement", "volumeshader": "volume"}
+# Nodes whose definition lies in the document become graphs within graphs; beyond this they are no material.
+MAXIMUM_PRIMS = 100_000
+
+
+def write_materials(document: mx.Document, layer: Sdf.Layer, anchored: Callable[[str], str]) -> list[Remark]:
+    """Write all renderable elements of a valid document as materials.
+
+    Parameters
+    ----------
+    document
+        Its data library is set.
+    layer
+        An empty layer.
+    anchored
+        Function from a file's name in the document to its name in the layer.
+
+    Returns
+    -------
+    list
+        What USD has no form for.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing to render, or too much.
+    """
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    root = UsdGeom.Scope.Define(stage, f"/{MATERIALS}").GetPrim()
+    stage.SetDefaultPrim(root)
+    if document.getColorSpace():  # as UsdMtlx does
+        layer.customLayerData = {"colorSpace": document.getColorSpace()}
+    elements = renderable_elements(document)
+    if not elements:
+        msg = "nothing in it can be rendered"
+        raise ValueError(msg)
+    writer = _Writer(document, stage, anchored)
+    for element in elements:
+        writer.material(root, element)
+    return writer.remarks()
+
+
+class _Writer:
+    """Writes the materials of one document, and notes what of it was used."""
+
+    def __init__(self, document: mx.Document, stage: Usd.Stage, anchored: Callable[[str], str]) -> None:
+        self._document, self._stage, self._anchored = document, stage, anchored
+        self._version = ".".join(map(str, document.getVersionIntegers()))
+        self._own = {element.getName() for element in document.getChildren()}  # getChild() knows the library's, too
+        self._used: set[str] = set()
+        self._lost: list[Remark] = []
+        self._prims = 0
+
+    def material(self, parent: Usd.Prim, element: Any) -> None:
+        """A material of a renderable element: a material node, or a shader node or output that no material uses."""
+        prim = self._define(UsdShade.Material, parent, element.getNamePath().replace("/", "_"), element)
+        material = UsdShade.Material(prim)
+        prim.AddAppliedSchema("MaterialXConfigAPI")  # unknown to a USD without UsdMtlx, which ApplyAPI would not take
+        prim.CreateAttribute("config:mtlx:version", Sdf.ValueTypeNames.String, custom=False).Set(self._version)
+        scope = _Scope(prim, {})
+        is_material = element.getType() == "material"
+        self._used.add(element.getName())
+        sources = [given for given in element.getInputs() if self._has_form(given)] if is_material else [element]
+        reached = _reached(self._document, sources)
+        self._used |= {upstream.getName() for upstream in reached}
+        self._fill(scope, reached)
+        for given in sources:
+            source = scope.source(given) if is_material else scope.shader(given)
+            if source is not None:
+                name = f"mtlx:{TERMINALS[given.getType()]}"
+                material.CreateOutput(name, Sdf.ValueTypeNames.Token).ConnectToSource(source)
+
+    def remarks(self) -> list[Remark]:
+        """What was lost, of the materials and of the document beside them."""
+        for element in self._document.getChildren():
+            name, category = element.getName(), element.getCategory()
+            if name in self._used or category in ("backdrop", "output"):
+                continue
+            is_graph = any(element.isA(kind) for kind in (mx.Node, mx.NodeGraph, mx.NodeDef))
+            message = f"a {category} has no form in a USD material"
+            self._lose(element, "nothing that can be rendered uses it" if is_graph else message)
+        return self._lost
+
+    def _lose(self, element: Any, message: str) -> None:
+        self._lost.append(Remark("INTERCHANGE_LOST", f"/{element.getNamePath()}", message))
+
+    def _has_form(self, given: Any) -> bool:
+        if given.getName() in TERMINALS:
+            return True
+        if given.getNodeName() or given.getNodeGraphString() or given.getOutputString():
+            self._lose(given, "a USD material has no back of its own; the front is on both sides")
+        return False
+
+    def _define(self, schema: Any, parent: Usd.Prim, name: str, element: Any) -> Usd.Prim:
+        """A prim of a name that is free and valid."""
+        self._prims += 1
+        if self._prims > MAXIMUM_PRIMS:
+            msg = f"its definitions make more than {MAXIMUM_PRIMS} prims"
+            raise ValueError(msg)
+        wanted = valid = Tf.MakeValidIdentifier(name)
+        count = 1
+        while parent.GetChild(valid):
+            count += 1
+            valid = f"{wanted}_{count}"
+        prim = schema.Define(self._stage, parent.GetPath().AppendChild(valid)).GetPrim()
+        if element is not None and element.getDocString():
+            prim.SetDocumentation(element.getDocString())
+        return prim
+
+    def _fill(self, scope: _Scope, elements: Iterable[Any]) -> None:
+        """Write nodes and graphs that stand beside each other: first themselves, then their inputs and connections."""
+        elements = list(elements)
+        for element in elements:
+            scope.prims[element.getName()] = self._element(scope, element)
+        for element in elements:
+            prim = scope.prims[element.getName()]
+            if element.isA(mx.NodeGraph):
+                self._graph(scope, element, prim)
+            elif prim.IsA(UsdShade.NodeGraph):
+                self._defined(scope, element, prim)
+            else:
+                definition = element.getNodeDef()
+                for given in element.getInputs():
+                    self._input(scope, UsdShade.Shader(prim), given, definition.getActiveInput(given.getName()))
+
+    def _element(self, scope: _Scope, element: Any) -> Usd.Prim:
+        """The prim of a node or a graph, with its outputs."""
+        if element.isA(mx.NodeGraph):
+            prim = self._define(UsdShade.NodeGraph, scope.prim, element.getName(), element)
+            _create_outputs(UsdShade.NodeGraph(prim), element.getOutputs())
+            return prim
+        definition = element.getNodeDef()
+        graph = self._own_graph(definition)
+        if graph is not None:
+            prim = self._define(UsdShade.NodeGraph, scope.prim, element.getName(), element)
+            _create_outputs(UsdShade.NodeGraph(prim), definition.getActiveOutputs())
+            self._used |= {definition.getName(), graph.getName()}
+            return prim
+        prim = self._define(UsdShade.Shader, scope.prim, element.getName(), element)
+        shader = UsdShade.Shader(prim)
+        shader.CreateIdAttr(definition.getName())
+        terminal = TERMINALS.get(element.getType()) if scope.prim.IsA(UsdShade.Material) else None
+        if terminal is not None:  # so does UsdMtlx: "surface" of a material's shaders, "out" of those in graphs
+            shader.CreateOutput(terminal, Sdf.ValueTypeNames.Token)
+        else:
+            _create_outputs(shader, definition.getActiveOutputs())
+        return prim
+
+    def _own_graph(self, definition: mx.NodeDef) -> Any:
+        """The graph by which the document itself defines a node, or None."""
+        if definition.getName() not in self._own:
+            return None
+        graph = defining_graph(definition)
+        if graph is None and definition.getName() not in self._used:
+            self._used.add(definition.getName())
+            self._lose(definition, "the node's definition in source code stays behind; a host has to know it")
+        return graph
+
+    def _graph(self, scope: _Scope, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
+        """The inside of a graph of the document, and what its interface is connected to."""
+        definition = graph.getNodeDef()
+        if definition is None:
+            for given in graph.getInputs():
+                self._input(scope, UsdShade.NodeGraph(prim), given, given)
+        else:  # it defines a node, and is rendered by itself
+            self._interface(scope, definition, graph, prim)
+        self._inside(graph, prim)
+
+    def _defined(self, scope: _Scope, node: mx.Node, prim: Usd.Prim) -> None:
+        """The inside of a node that the document defines."""
+        self._interface(scope, node.getNodeDef(), node, prim)
+        self._inside(self._own_graph(node.getNodeDef()), prim)
+
+    def _interface(self, scope: _Scope, definition: mx.NodeDef, node: Any, prim: Usd.Prim) -> None:
+        """A definition's inputs, with a node's values in the place of its own."""
+        connectable = UsdShade.NodeGraph(prim)
+        for declared in definition.getActiveInputs():
+            given = node.getInput(declared.getName())
+            if given is not None and (given.getValueString() or _is_connected(given)):
+                self._input(scope, connectable, given, declared)
+            elif declared.getDefaultGeomPropString():
+                self._geometry(scope, connectable, declared)
+            else:
+                self._input(scope, connectable, declared, declared)
+
+    def _inside(self, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
+        inner = _Scope(prim, {})
+        self._fill(inner, graph.getNodes())
+        for output in graph.getOutputs():
+            written = UsdShade.NodeGraph(prim).GetOutput(output.getName())
+            source = inner.source(output)
+            if source is not None:
+                written.ConnectToSource(source)
+            elif output.getValueString():
+                written.Set(to_usd(output.getType(), output.getValue()))
+
+    def _geometry(self, scope: _Scope, connectable: UsdShade.NodeGraph, declared: mx.Input) -> None:
+        """The node that gives an input its value where nothing else does, such as the normal."""
+        kind = declared.getType()
+        written = connectable.CreateInput(declared.getName(), sdf_type(kind))
+        geometry = self._document.getGeomPropDef(declared.getDefaultGeomPropString())
+        category = "" if geometry is None else geometry.getGeomProp()
+        definition = next((d for d in self._document.getMatchingNodeDefs(category) if d.getType() == kind), None)
+        if definition is None:
+            self._lose(declared, f"its default '{declared.getDefaultGeomPropString()}' has no node")
+            return
+        name = f"{connectable.GetPrim().GetName()}_{declared.getName()}"
+        shader = UsdShade.Shader(self._define(UsdShade.Shader, scope.prim, name, None))
+        shader.CreateIdAttr(definition.getName())
+        for attribute in ("space", "index"):
+            value, into = geometry.getAttribute(attribute), definition.getActiveInput(attribute)
+            if value and into is not None:
+                kind_of = into.getType()
+                typed = int(value) if kind_of == "integer" else value
+                shader.CreateInput(attribute, sdf_type(kind_of)).Set(typed)
+        _create_outputs(shader, definition.getActiveOutputs())
+        written.ConnectToSource(shader.GetOutput(definition.getActiveOutputs()[0].getName()))
+
+    def _input(self, scope: _Scope, connectable: Any, given: mx.Input, declared: mx.Input) -> None:
+        kind = given.getType()
+        written = connectable.CreateInput(given.getName(), sdf_type(kind))
+        if kind not in SDF_TYPES:
+            written.SetRenderType(kind)
+        space = given.getActiveColorSpace()
+        # What is linear is so wherever the material goes; what is not has to be said with the value.
+        if kind in COLORED and (given.getColorSpace() or (space not in LINEAR_SPACES and given.getValueString())):
+            written.GetAttr().SetColorSpace(space)
+        source = scope.source(given)
+        if source is not None:
+            written.ConnectToSource(source)
+            return
+        if kind not in SDF_TYPES:
+            if given.getValueString():
+                self._lose(given, f"values of type {kind} have no form in USD")
+            return
+        text = given.getResolvedValueString()
+        if kind in ("string", "geomname"):
+            written.Set(text)
+        elif kind == "filename":
+            if text:
+                written.Set(Sdf.AssetPath(self._anchored(text)))
+        elif given.getValueString():
+            written.Set(to_usd(kind, given.getValue(), unit_scale(given, declared)))
+
+
+class _Scope:
+    """A Material or NodeGraph that is being written, and the prims of the elements in it by their names."""
+
+    def __init__(self, prim: Usd.Prim, prims: dict[str, Usd.Prim]) -> None:
+        self.prim, self.prims = prim, prims
+
+    def source(self, element: Any) -> Any:
+        """What an input or output is connected to: an output beside it, or an input of the interface; None for none."""
+        name = element.getInterfaceName()
+        if name:
+            interface = UsdShade.NodeGraph(self.prim).GetInput(name)
+            return interface if interface else None
+        node = element.getConnectedNode() if element.getNodeName() else None
+        if node is not None:
+            return self.output(node, element.getOutputString())
+        output = element.getConnectedOutput()
+        if output is None:
+            return None
+        graph = output.getParent()
+        if graph.isA(mx.NodeGraph) and graph.getName() in self.prims:
+            return UsdShade.NodeGraph(self.prims[graph.getName()]).GetOutput(output.getName())
+        return self.source(output)
+
+    def shader(self, element: Any) -> Any:
+        """The output that a renderable element without a material is: of a node, or of a graph."""
+        if element.isA(mx.Node):
+            return self.output(element)
+        graph = element.getParent()
+        if graph.isA(mx.NodeGraph):
+            return UsdShade.NodeGraph(self.prims[graph.getName()]).GetOutput(element.getName())
+        return self.source(element)
+
+    def output(self, node: mx.Node, name: str = "") -> Any:
+        """A node's output, or its only one."""
+        connectable = UsdShade.ConnectableAPI(self.prims[node.getName()])
+        outputs = connectable.GetOutputs()
+        return next((output for output in outputs if output.GetBaseName() == name), outputs[0] if outputs else None)
+
+
+def _create_outputs(connectable: Any, outputs: Iterable[mx.Output]) -> None:
+    for output in outputs:
+        kind = output.getType()
+        written = connectable.CreateOutput(output.getName(), sdf_type(kind))
+        if kind not in SDF_TYPES and kind not in TERMINALS:
+            written.SetRenderType(kind)
+
+
+def _reached(document: mx.Document, sources: Iterable[Any]) -> list[Any]:
+    """Nodes and graphs of the document itself that these elements need, in file order."""
+    found: dict[str, Any] = {}
+    waiting = list(sources)
+    while waiting:
+        element = waiting.pop()
+        if element.isA(mx.Node) or element.isA(mx.NodeGraph):
+            if element.getName() in found:
+                continue
+            found[element.getName()] = element
+            waiting += element.getInputs()
+            continue
+        if element.isA(mx.Output) and element.getParent().isA(mx.NodeGraph):
+            waiting.append(element.getParent())
+            continue
+        node = element.getConnectedNode() if element.getNodeName() else None
+        output = None if node is not None else element.getConnectedOutput()
+        if node is not None:
+            waiting.append(node)
+        elif output is not None:
+            waiting.append(output)
+    return [element for element in document.getChildren() if element.getName() in found]
+
+
+def _is_connected(given: mx.Input) -> bool:
+    return bool(
+        given.getNodeName() or given.getNodeGraphString() or given.getOutputString() or given.getInterfaceName()
+    )
