@@ -23,6 +23,8 @@ MAXIMUM_FILES = 4096
 class Assets:
     """The files of one stage: names are relative to its folder, or for a package to `scratch`, where it is unpacked.
 
+    `seen` are the absolute paths of those that were asked for.
+
     Raises
     ------
     UnreadableError
@@ -33,6 +35,7 @@ class Assets:
         self.packed = path.suffix.lower() == ".usdz"
         self.folder, self.root = (scratch, scratch) if self.packed else (path.resolve().parent, root)
         self.remarks: list[Remark] = []
+        self.seen: set[str] = set()
         if self.packed:
             _unpack(path, scratch)
 
@@ -41,7 +44,9 @@ class Assets:
         value = attribute.Get(attribute.GetTimeSamples()[0]) if attribute.GetNumTimeSamples() else attribute.Get()
         if not isinstance(value, Sdf.AssetPath) or not value.path:
             return ""
-        outer, inner = Ar.SplitPackageRelativePathOuter(_absolute(attribute, value.path))
+        absolute = _absolute(attribute, value.path)
+        self.seen.add(absolute)
+        outer, inner = Ar.SplitPackageRelativePathOuter(absolute)
         if self.packed:
             return str(inner or value.path)
         if inner:

@@ -120,12 +120,14 @@ class Network:
                 made[category] = self._document.addNode(category, self._free(prim.GetName()), "material")
                 self._document_text(prim, made[category])
                 self._note(made[category], prim.GetPath())
-            given = made[category].addInput(given_name, given_name)
-            self._note(given, output.GetAttr().GetPath())
             source = self._source(output.GetAttr(), None)
             if source.kind == "value":
                 self._remark("DOC_CONNECTION", output.GetAttr().GetPath(), "the material's output is not connected")
+            elif source.kind == "nothing":
+                self._dangling(source)
             else:
+                given = made[category].addInput(given_name, given_name)
+                self._note(given, output.GetAttr().GetPath())
                 self._connect(given, source, given_name)
         for child in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
             if is_materialx(child):
@@ -220,12 +222,22 @@ class Network:
                 given.setValueString(value)
             if space and kind in COLORED:
                 given.setColorSpace(space)
+        elif source.kind == "nothing":
+            self._dangling(source)
+            return
         else:
             given = parent.addInput(name, kind)
-            if kind in COLORED and _space(attribute):
-                given.setColorSpace(_space(attribute))
+            space = _space(attribute)
+            if source.kind == "interface":  # MaterialX takes an image's space from what reads it
+                origin = self._source(source.attribute, None)
+                space = (origin.kind == "value" and _space(origin.attribute)) or space
+            if kind in COLORED and space:
+                given.setColorSpace(space)
             self._connect(given, source, kind)
         self._note(given, attribute.GetPath())
+
+    def _dangling(self, source: _Source) -> None:
+        self._remark("DOC_CONNECTION", source.attribute.GetPath(), f"nothing gives a value at {source.name}")
 
     def _fits(self, source: Usd.Attribute, attribute: Usd.Attribute, kind: str) -> bool:
         found = materialx_type(source.GetTypeName(), kind)
@@ -268,8 +280,6 @@ class Network:
                 self._input(graph, source.attribute, source.name, kind, None)
                 if graph.getInput(source.name) is None:  # it has no value; inputs that name it need it all the same
                     self._note(graph.addInput(source.name, kind), source.attribute.GetPath())
-        else:
-            self._remark("DOC_CONNECTION", source.attribute.GetPath(), f"nothing gives a value at {source.name}")
 
     def _output(self, graph: Any, asked: _Source, kind: str) -> None:
         """An output of a graph, of the type that is asked of it."""
@@ -280,6 +290,8 @@ class Network:
             value = self._value(source.attribute, kind)
             if value is not None:
                 output.setValueString(value)
+        elif source.kind == "nothing":
+            self._dangling(source)
         else:
             self._connect(output, source, kind)
 

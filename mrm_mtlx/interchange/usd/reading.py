@@ -31,7 +31,8 @@ def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Importe
     translation = Translation(_document(stage, library), library, assets.name)
     known = _translate_all(stage, translation)
     _translate_variants(stage, translation, known)
-    remarks += _circles(stage) + translation.remarks + assets.remarks + validator_remarks(stage, library)
+    remarks += _circles(stage) + translation.remarks + assets.remarks
+    remarks += validator_remarks(stage, library, assets.seen)
     return Imported(
         translation.document,
         translation.places,

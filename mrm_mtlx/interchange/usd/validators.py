@@ -24,11 +24,11 @@ NOISE = "usdShadeValidators:ShaderSdrCompliance.MissingShaderIdInRegistry"
 MAXIMUM_OF_A_KIND = 10
 
 
-def validator_remarks(stage: Usd.Stage, library: DataLibrary) -> list[Remark]:
+def validator_remarks(stage: Usd.Stage, library: DataLibrary, images: set[str]) -> list[Remark]:
     """Errors and warnings of all validators, by kind and place.
 
     Left out are `NOISE` about ids that the library has a definition of (what is checked with it says more), and what
-    is a remark of `opening` or `reading`: circles of references, and files of other formats.
+    is found elsewhere: circles of references, files of other formats, and missing `images`, which are absolute paths.
     """
     registry = UsdValidation.ValidationRegistry()
     with silenced():
@@ -40,8 +40,9 @@ def validator_remarks(stage: Usd.Stage, library: DataLibrary) -> list[Remark]:
     found: dict[tuple[str, str], set[tuple[str, str]]] = {}
     for error in errors:
         code = _CODES.get(error.GetType())
-        if code is not None and not _is_known(error, library):
-            found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), said(error.GetMessage())))
+        if code is not None and not _is_known(error, library, images):
+            message = _ABSOLUTE.sub(r"'\1'", said(error.GetMessage()))
+            found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), message))
     return [remark for kind in sorted(found) for remark in _listed(*kind, sorted(found[kind]))]
 
 
@@ -50,10 +51,15 @@ _CODES = {
     UsdValidation.ValidationErrorType.Warn: "USD_VALIDATOR_WARNING",
 }
 _NOT_OPENED = re.compile(r"Could not open asset @[^@]*(?<!\.usd)(?<!\.usd[acz])@")
+_MISSING = re.compile(r"Found unresolvable external dependency '([^']*)'")
+_ABSOLUTE = re.compile(r"'/[^']*/([^'/]*)'")
 
 
-def _is_known(error: Any, library: DataLibrary) -> bool:
+def _is_known(error: Any, library: DataLibrary, images: set[str]) -> bool:
     message = error.GetMessage()
+    missing = _MISSING.match(message)
+    if missing and missing[1] in images:
+        return True
     if error.GetIdentifier() != NOISE:
         return message.startswith("Cycle detected") or _NOT_OPENED.match(message) is not None
     ids = (UsdShade.Shader(site.GetPrim()).GetIdAttr().Get() for site in error.GetSites() if site.IsPrim())

@@ -60,6 +60,7 @@ def write_materials(document: mx.Document, layer: Sdf.Layer, anchored: Callable[
     if not elements:
         msg = "nothing in it can be rendered"
         raise ValueError(msg)
+    elements += [node for node in document.getMaterialNodes() if node.getCategory() == "volumematerial"]
     writer = _Writer(document, stage, anchored)
     for element in elements:
         writer.material(root, element)
@@ -187,27 +188,28 @@ class _Writer:
         definition = graph.getNodeDef()
         if definition is None:
             for given in graph.getInputs():
-                self._input(scope, UsdShade.NodeGraph(prim), given, given)
+                self._input(scope, UsdShade.NodeGraph(prim), given, given, graph)
         else:  # it defines a node, and is rendered by itself
-            self._interface(scope, definition, graph, prim)
+            self._interface(scope, definition, graph, graph, prim)
         self._inside(graph, prim)
 
     def _defined(self, scope: _Scope, node: mx.Node, prim: Usd.Prim) -> None:
         """The inside of a node that the document defines."""
-        self._interface(scope, node.getNodeDef(), node, prim)
-        self._inside(self._own_graph(node.getNodeDef()), prim)
+        graph = self._own_graph(node.getNodeDef())
+        self._interface(scope, node.getNodeDef(), graph, node, prim)
+        self._inside(graph, prim)
 
-    def _interface(self, scope: _Scope, definition: mx.NodeDef, node: Any, prim: Usd.Prim) -> None:
-        """A definition's inputs, with a node's values in the place of its own."""
+    def _interface(self, scope: _Scope, definition: mx.NodeDef, graph: mx.NodeGraph, node: Any, prim: Usd.Prim) -> None:
+        """The inputs of the graph that defines a node, with the node's values in the place of the definition's."""
         connectable = UsdShade.NodeGraph(prim)
         for declared in definition.getActiveInputs():
             given = node.getInput(declared.getName())
             if given is not None and (given.getValueString() or _is_connected(given)):
-                self._input(scope, connectable, given, declared)
+                self._input(scope, connectable, given, declared, graph)
             elif declared.getDefaultGeomPropString():
                 self._geometry(scope, connectable, declared)
             else:
-                self._input(scope, connectable, declared, declared)
+                self._input(scope, connectable, declared, declared, graph)
 
     def _inside(self, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
         inner = _Scope(prim, {})
@@ -242,14 +244,16 @@ class _Writer:
         _create_outputs(shader, definition.getActiveOutputs())
         written.ConnectToSource(shader.GetOutput(definition.getActiveOutputs()[0].getName()))
 
-    def _input(self, scope: _Scope, connectable: Any, given: mx.Input, declared: mx.Input) -> None:
+    def _input(
+        self, scope: _Scope, connectable: Any, given: mx.Input, declared: mx.Input, graph: mx.NodeGraph | None = None
+    ) -> None:
+        """An input with its value or connection; `graph` is the one whose interface it is."""
         kind = given.getType()
         written = connectable.CreateInput(given.getName(), sdf_type(kind))
         if kind not in SDF_TYPES:
             written.SetRenderType(kind)
-        space = given.getActiveColorSpace()
-        # What is linear is so wherever the material goes; what is not has to be said with the value.
-        if kind in COLORED and (given.getColorSpace() or (space not in LINEAR_SPACES and given.getValueString())):
+        space = self._color_space(given, graph)
+        if space:
             written.GetAttr().SetColorSpace(space)
         source = scope.source(given)
         if source is not None:
@@ -267,6 +271,23 @@ class _Writer:
                 written.Set(Sdf.AssetPath(self._anchored(text)))
         elif given.getValueString():
             written.Set(to_usd(kind, given.getValue(), unit_scale(given, declared)))
+
+    def _color_space(self, given: mx.Input, graph: mx.NodeGraph | None) -> str:
+        """The colour space that has to be said with an input's value, "" for none.
+
+        An image is in the space of the node that reads it, also where the file's name comes through an interface; in
+        USD, in the space of what has the name. What is linear is so wherever the material goes.
+        """
+        if given.getType() not in COLORED or not (given.getValueString() or given.getInterfaceName()):
+            return ""
+        readers = [given]
+        if graph is not None and given.getType() == "filename":
+            inputs = [i for node in graph.getNodes() for i in node.getInputs()]
+            readers = [i for i in inputs if i.getInterfaceName() == given.getName()]
+        spaces = {reader.getActiveColorSpace() for reader in readers} - set(LINEAR_SPACES)
+        if len(spaces) > 1 or (spaces and any(r.getActiveColorSpace() in LINEAR_SPACES for r in readers)):
+            self._lose(given, "its image is read in several colour spaces; one of them is written")
+        return min(spaces, default=max((reader.getColorSpace() for reader in readers), default=""))
 
 
 class _Scope:
