@@ -111,8 +111,10 @@ class Asset:
         count = len(self.materials)
         attributes, indices, accessors = _accessors(views)
         used = sorted(set(_extensions(self.materials)))
-        primitive = {"attributes": attributes, "indices": indices, "mode": 4}
-        meshes = [{"primitives": [{**primitive, "material": index}]} for index in range(count)]
+        meshes = [
+            {"primitives": [{"attributes": _used(attributes, m), "indices": indices, "mode": 4, "material": index}]}
+            for index, m in enumerate(self.materials)
+        ]
         nodes = [
             {
                 "name": material["name"],
@@ -175,6 +177,24 @@ def _extensions(value: Any) -> list[str]:
     if not isinstance(value, dict):
         return []
     return [*value.get("extensions", {}), *(name for element in value.values() for name in _extensions(element))]
+
+
+def _used(attributes: dict[str, int], material: dict[str, Any]) -> dict[str, int]:
+    """The attributes that a material wants: tangents where it turns about them, and as many sets of coordinates."""
+    wanted = dict(attributes)
+    turning = ("normalTexture", "clearcoatNormalTexture", "KHR_materials_anisotropy")
+    if not any(_values(name, material) for name in turning):
+        del wanted["TANGENT"]
+    sets = max(_values("texCoord", material), default=0)
+    return wanted | {f"TEXCOORD_{k}": attributes["TEXCOORD_0"] for k in range(sets + 1)}
+
+
+def _values(name: str, value: Any) -> list[Any]:
+    """What has a name somewhere in a value."""
+    if not isinstance(value, dict):
+        return []
+    found = [value[name]] if name in value else []
+    return [*found, *(hit for child in value.values() for hit in _values(name, child))]
 
 
 def _packed(data: dict[str, Any], content: bytes) -> bytes:

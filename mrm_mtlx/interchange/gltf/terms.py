@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Placement, placed_by, through
@@ -13,8 +14,6 @@ from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    import MaterialX as mx
 
     from mrm_mtlx.bsdf.arrays import Array
 
@@ -116,7 +115,7 @@ def resolved(document: mx.Document) -> mx.Document:
     """A copy in which no node of a graph takes a value from the graph's interface."""
     copy = document.copy()
     copy.setDataLibrary(document.getDataLibrary())
-    for graph in copy.getNodeGraphs():
+    for graph in (child for child in copy.getChildren() if child.isA(mx.NodeGraph)):  # not the library's
         for node in graph.getNodes():
             for given in node.getInputs():
                 interface = given.getInterfaceInput()
