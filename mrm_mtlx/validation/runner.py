@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx import __version__
 from mrm_mtlx.interchange.formats import SUFFIXES
-from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.request import Request
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
 
-    from mrm_mtlx.engines.availability import Availability
     from mrm_mtlx.library import Origin
 
 # Seconds that a worker may take to start.
@@ -34,7 +32,10 @@ _RESTART_S = 60.0
 
 @dataclass(frozen=True)
 class Settings:
-    """How to check; see `request.Request`. `timeout_s` is per document, `jobs` the number of processes."""
+    """How to check; see `request.Request`.
+
+    `timeout_s` is per document, `jobs` the number of processes, 0 for one per processor.
+    """
 
     targets: tuple[str, ...]
     samples: int
@@ -146,21 +147,29 @@ def shown(path: Path, folder: Path | None = None) -> str:
 
 def versions() -> dict[str, str]:
     """Versions of what a verdict depends on."""
-    names = {"materialx": "MaterialX", "numpy": "numpy", "openimageio": "OpenImageIO", "moderngl": "moderngl"}
+    names = {
+        "materialx": "MaterialX",
+        "numpy": "numpy",
+        "openimageio": "OpenImageIO",
+        "moderngl": "moderngl",
+        "usd": "usd-core",
+    }
     return {"mrm": __version__, **{key: metadata.version(name) for key, name in names.items()}}
 
 
 def engines(targets: Sequence[str]) -> dict[str, dict[str, Any]]:
     """What can run or compile source of these targets here, and OpenGL: to try the others would only take time."""
-    from mrm_mtlx.engines import compilers, gl, osl
+    from mrm_mtlx.engines import gl
 
-    probes: dict[str, Callable[[], Availability]] = {
-        "vulkan": compilers.vulkan_availability,
-        "slang": compilers.slang_availability,
-        "osl": osl.compiler_availability,
-    }
-    states = {"gl": gl.availability()} | {name: probe() for name, probe in probes.items() if name in targets}
-    if "osl" in states:
+    states = {"gl": gl.availability()}
+    for name in {"vulkan", "slang"}.intersection(targets):
+        from mrm_mtlx.engines import compilers
+
+        states[name] = compilers.vulkan_availability() if name == "vulkan" else compilers.slang_availability()
+    if "osl" in targets:
+        from mrm_mtlx.engines import osl
+
+        states["osl"] = osl.compiler_availability()
         osl.stop()  # the worker processes have their own
     report: dict[str, dict[str, Any]] = {}
     for name, state in states.items():
@@ -181,14 +190,14 @@ def _run(
     # Files that a worker unpacks lie in here, so that one that dies leaves nothing behind.
     scratch = tempfile.mkdtemp(prefix="mrm-")
     pool = pebble.ProcessPool(
-        max_workers=min(settings.jobs, len(requests)),
+        max_workers=_workers(settings.jobs, len(requests)),
         context=multiprocessing.get_context("spawn"),
         initializer=_prepare,
         initargs=(scratch,),
     )
     try:
         with _interrupts_held():  # the pool's threads and processes start here, and inherit it
-            futures = [pool.submit(check_document, settings.timeout_s, request) for request in requests]
+            futures = [pool.submit(_check, settings.timeout_s, request) for request in requests]
         for count, (request, future) in enumerate(zip(requests, futures, strict=True), start=1):
             results.append(_result(request, future, settings))
             if progress:
@@ -205,6 +214,22 @@ def _run(
         pool.join()
         shutil.rmtree(scratch, ignore_errors=True)
     return results
+
+
+def _workers(jobs: int, documents: int) -> int:
+    """Processes that share the documents; of 0 jobs, one per processor."""
+    if jobs == 0 and documents > 1:  # one document does not wait for NumPy to be imported here
+        from mrm_mtlx.bsdf.blocks import processors
+
+        jobs = processors()
+    return max(min(jobs, documents), 1)
+
+
+def _check(request: Request) -> DocumentResult:
+    """The check in a worker: what it imports would be imported in vain in the process that waits for it."""
+    from mrm_mtlx.validation.document import check_document
+
+    return check_document(request)
 
 
 def _result(request: Request, future: Future[DocumentResult], settings: Settings) -> DocumentResult:
