@@ -47,7 +47,6 @@ def validate(
     library: Library = Implementation.MRM,
 ) -> None:
     """Read, check, generate, compile, run and compare documents with the reference."""
-    from mrm_mtlx.bsdf.blocks import processors
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.options import chosen_targets, write_report
     from mrm_mtlx.library import Origin
@@ -60,7 +59,7 @@ def validate(
         samples=samples,
         seed=seed,
         origin=Origin(library.value),
-        jobs=jobs or processors(),
+        jobs=jobs,
         timeout_s=timeout,
         retro_sweep=retro_sweep,
         select=_codes(select, "--select"),

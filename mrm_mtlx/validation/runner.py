@@ -162,10 +162,14 @@ def engines(targets: Sequence[str]) -> dict[str, dict[str, Any]]:
     from mrm_mtlx.engines import gl
 
     states = {"gl": gl.availability()}
-    for name in {"vulkan", "slang"}.intersection(targets):
+    if "vulkan" in targets:
         from mrm_mtlx.engines import compilers
 
-        states[name] = compilers.vulkan_availability() if name == "vulkan" else compilers.slang_availability()
+        states["vulkan"] = compilers.vulkan_availability()
+    if "slang" in targets:
+        from mrm_mtlx.engines import compilers
+
+        states["slang"] = compilers.slang_availability()
     if "osl" in targets:
         from mrm_mtlx.engines import osl
 
