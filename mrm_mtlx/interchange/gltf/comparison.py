@@ -20,15 +20,18 @@ if TYPE_CHECKING:
 # Largest relative difference that is rounding: numbers are written with nine digits and made images with sixteen bits,
 # and the flank of a narrow lobe multiplies what its width is off by.
 ROUNDING = 1e-4
-_POINTS, _SURROUNDED = 256, 16
+_POINTS, _SURROUNDED = 120, 8
 _SEED = 7
 
 
-def difference(first: tuple[Any, Pixels], second: tuple[Any, Pixels]) -> tuple[float, float]:
+def difference(
+    first: tuple[Any, Pixels], second: tuple[Any, Pixels], *, transmits: bool = False
+) -> tuple[float, float]:
     """Largest and mean difference of two renderable elements, relative to the larger value at each point.
 
     Each comes with what gives it the pixels of its files. Points are seen under one light, a third of them near the
-    direction back to it and a third near the mirror's, and some in white surroundings; emission is included.
+    direction back to it and a third near the mirror's; emission is included. What is seen through what `transmits` is
+    there in surroundings alone, so that some points are then seen in white ones, too.
 
     Raises
     ------
@@ -37,9 +40,9 @@ def difference(first: tuple[Any, Pixels], second: tuple[Any, Pixels]) -> tuple[f
     """
     surfaces = [Surface(element, images=pixels) for element, pixels in (first, second)]
     points = _points(np.random.default_rng(_SEED))
-    around = Illumination(light=False, environment=Environment.constant((1.0, 1.0, 1.0), samples=16))
+    around = Illumination(light=False, environment=Environment.constant((1.0, 1.0, 1.0), samples=8))
     few = points.part(slice(None, None, _POINTS // _SURROUNDED))
-    shades = [np.concatenate([s.shade(points), s.shade(few, around)]) for s in surfaces]
+    shades = [np.concatenate([s.shade(points), *([s.shade(few, around)] if transmits else [])]) for s in surfaces]
     scale = np.maximum(np.abs(shades[0]).max(axis=1), np.abs(shades[1]).max(axis=1))
     # Where both are dark, a difference is one of what can be seen: a hundredth of a white diffuser.
     apart = np.abs(shades[0] - shades[1]).max(axis=1) / np.maximum(scale, 0.01 / np.pi)

@@ -311,7 +311,9 @@ class Material:
         if limit is None:
             msg = f"{place} is not as glTF has it: {message}"
             raise InexpressibleError(msg)
-        name = next((p.input for p in gltf.PROPERTIES if place.startswith("/" + "/".join(p.factor))), place[1:])
+        names = [p.input for p in gltf.PROPERTIES if list(p.factor) == keys[: len(p.factor)]]
+        of_component = [p.input for p in gltf.PROPERTIES if p.components and last in p.components and p.input in names]
+        name = next(iter(of_component or names), place[1:])
         self._lost(name, f"glTF: {message}; the limit is written")
         parent[last] = float(limit[1].rstrip(","))
 

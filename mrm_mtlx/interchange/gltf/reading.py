@@ -89,7 +89,10 @@ class _Material:
         self._imported = imported
         document = imported.document
         given = str(self._material.get("name", "")) or f"material_{self._index}"
-        name = document.createValidChildName(re.sub(r"[^A-Za-z0-9_]", "_", given)[:100])
+        name = re.sub(r"[^A-Za-z0-9_]", "_", given)[:100]
+        if document.getChild(name) is not None:  # with its index, as counting up takes long for thousands of one name
+            name = f"{name}_{self._index}"
+        name = document.createValidChildName(name)
         # The shader's name is found first, so that the three are taken together.
         self._shader = document.addNode("gltf_pbr", document.createValidChildName(f"SR_{name}"), "surfaceshader")
         self._graph = Graph(document, document.createValidChildName(f"NG_{name}"), imported.places)

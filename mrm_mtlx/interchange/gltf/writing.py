@@ -69,10 +69,12 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
         asset.save(copy, beside=False)
         back = read(copy, Path(folder), library, scratch)
         found = Images(back, copy)
-        for element, again in zip(elements, renderable_elements(back.document), strict=True):
+        for element, again, data in zip(elements, renderable_elements(back.document), asset.materials, strict=True):
             place = f"/{element.getNamePath()}"
+            transmits = "KHR_materials_transmission" in data.get("extensions", {})
+            pair = (element, images.pixels), (again, found.pixels)
             try:
-                largest, mean = comparison.difference((element, images.pixels), (again, found.pixels))
+                largest, mean = comparison.difference(*pair, transmits=transmits)
             except (UnsupportedError, RecursionError) as error:
                 remarks.append(Remark(LOST, place, f"it was written and not compared: the reference has no {error}"))
                 continue
