@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import MaterialX as mx
 
 # Inputs of surface models whose values leave nothing of the base's reflection: all of a row together, and why.
-_UNSEEN = {
+UNSEEN = {
     "open_pbr_surface": (
         ({"specular_weight": 0.0, "thin_film_weight": 0.0}, "its specular_weight is 0"),
         ({"base_metalness": 0.0, "specular_color": 0.0}, "it is no metal and its specular_color is black"),
@@ -35,7 +35,7 @@ _UNSEEN = {
             "it is no metal and its specular_IOR is 1, which reflects nothing",
         ),
     ),
-    "gltf_pbr": (({"metallic": 0.0, "specular": 0.0}, "it is no metal and its specular is 0"),),
+    "gltf_pbr": (({"metallic": 0.0, "specular": 0.0, "iridescence": 0.0}, "it is no metal and its specular is 0"),),
 }
 
 
@@ -71,7 +71,7 @@ def check_retroreflection(document: mx.Document) -> list[Finding]:
 
 
 def _check_model(node: Any) -> Iterator[Finding]:
-    for values, reason in _UNSEEN[node.getCategory()]:
+    for values, reason in UNSEEN[node.getCategory()]:
         if all(_is(node, name, value) for name, value in values.items()):
             yield finding("RETRO_INVISIBLE", location(node), reason)
             return
