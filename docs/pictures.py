@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 from pathlib import Path
@@ -10,12 +11,15 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 import matplotlib as mpl
 import numpy as np
+import OpenImageIO as oiio
 
 from mrm_mtlx.engines import osl
+from mrm_mtlx.interchange.formats import format_of
 from mrm_mtlx.library import load_library, materials_folder
 from mrm_mtlx.library.images import read_image
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode, renderable_elements
+from mrm_mtlx.validation.reading import read_document
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
@@ -118,6 +122,74 @@ def five_in_osl() -> None:
     figure.savefig(IMAGES / "osl.png", dpi=110, metadata={"Software": None})
 
 
+def three_formats() -> None:
+    """A material from a glTF asset and from what it is converted to, docs/images/gltf.png; prints how they differ."""
+    library = load_library()
+    figure, axes = plt.subplots(2, 3, figsize=(7.2, 5.0), facecolor="#181818")
+    firsts: dict[float | None, NDArray[np.floating]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [cone_asset(Path(folder)), Path(folder) / "cone.mtlx", Path(folder) / "cone.usda"]
+        for path in paths[1:]:
+            scratch = Path(folder) / f"from_{path.suffix[1:]}"
+            scratch.mkdir()
+            form = format_of(path)
+            assert form is not None
+            form.write(read_document(paths[0], Path(folder), library, scratch)[0], path, library)
+        for column, path in enumerate(paths):
+            scratch = Path(folder) / f"of_{path.suffix[1:]}"
+            scratch.mkdir()
+            read, _ = read_document(path, Path(folder), library, scratch)
+            for row, angle in enumerate((None, 30.0)):
+                settings = picture.Settings("cone", angle, 256, None, compare=False)
+                image = picture.render(renderable_elements(read.document)[0], library, read.folder, settings)
+                image = image.reshape(256, picture.OVERSAMPLING, 256, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
+                first = firsts.setdefault(angle, image)
+                print(f"{path.name:10} {angle or 0:4g} deg  largest {np.abs(image - first).max():.1e}")
+                axes[row, column].imshow(shown(image), interpolation="lanczos")
+                axes[row, column].set_axis_off()
+            axes[0, column].set_title(path.suffix, color="white", fontsize=10)
+    for row, label in enumerate(("light at the eye", "light 30° aside")):
+        axes[row, 0].text(-12, 128, label, color="white", ha="right", va="center", fontsize=9, rotation=90)
+    figure.subplots_adjust(left=0.05, right=0.995, top=0.93, bottom=0.005, hspace=0.03, wspace=0.03)
+    figure.savefig(IMAGES / "gltf.png", dpi=96, metadata={"Software": None})
+
+
+def cone_asset(folder: Path) -> Path:
+    """A glTF asset with a cone's material: two white bands are retroreflective where a mask of slanted stripes is."""
+    height, width = 128, 512
+    v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
+    band = (np.abs(v - 0.35) < 0.09) | (np.abs(v - 0.65) < 0.09)
+    color = np.where(band[..., None], [235, 235, 230], [226, 74, 18])
+    mask = 255 * (band & ((32.0 * u + 6.0 * v) % 1.0 < 0.6))
+    for name, pixels in (("color", color), ("mask", np.repeat(mask[..., None], 3, axis=2))):
+        target = oiio.ImageOutput.create(str(folder / f"{name}.png"))
+        target.open(str(folder / f"{name}.png"), oiio.ImageSpec(width, height, 3, "uint8"))
+        target.write_image(np.ascontiguousarray(pixels, dtype=np.uint8))
+        target.close()
+    material = {
+        "name": "cone",
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0, "roughnessFactor": 0.2},
+        "extensions": {
+            # The F0 of 0.04 that a dielectric has by default would hardly be seen.
+            "KHR_materials_specular": {"specularColorFactor": [4.0, 4.0, 4.0]},
+            "KHR_materials_retroreflection": {
+                "retroreflectionFactor": 1.0,
+                "retroreflectionTexture": {"index": 1},
+            },
+        },
+    }
+    asset = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["KHR_materials_retroreflection", "KHR_materials_specular"],
+        "materials": [material],
+        "textures": [{"source": 0}, {"source": 1}],
+        "images": [{"uri": "color.png"}, {"uri": "mask.png"}],
+    }
+    path = folder / "cone.gltf"
+    path.write_text(json.dumps(asset))
+    return path
+
+
 def renderable(path: Path, library: DataLibrary) -> tuple[Any, DataLibrary]:
     """The first material of a document, and the library."""
     document = mx.createDocument()
@@ -146,6 +218,7 @@ def main() -> None:
     paths = sorted(materials_folder().glob("*.mtlx"))
     teaser(materials_folder() / "traffic_cone_collar.mtlx")
     overview(paths)
+    three_formats()
     if osl.availability().available:
         five_in_osl()
     else:
