@@ -3,7 +3,7 @@
 * `reading`: a stage's materials, in all variants, over `network` (one material) and `assets` (its files).
 * `opening`: safe opening of files that nobody vouches for, over `weighing` (how large the stage will be).
 * `validators`: what USD's own validators say.
-* `writing`: a document's materials as prims; `saving`: their file.
+* `writing`: a document's materials as prims, over `scope` (what is beside each other); `saving`: their file.
 * `values`: types, values and colour spaces.
 """
 

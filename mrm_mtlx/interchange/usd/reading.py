@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
-from pxr import Sdf, Usd, UsdShade
+from pxr import Sdf, Tf, Usd, UsdShade
 
-from mrm_mtlx.interchange.imported import Imported, Remark
+from mrm_mtlx.interchange.imported import Imported, Remark, UnreadableError
 from mrm_mtlx.interchange.usd.assets import Assets
 from mrm_mtlx.interchange.usd.network import Network, Translation, terminals
 from mrm_mtlx.interchange.usd.opening import open_stage, said
@@ -26,6 +26,16 @@ MAXIMUM_VARIANTS = 64
 
 def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
     """Read the materials of a stage that have a MaterialX network; see `interchange.formats`."""
+    try:
+        return _read(path, root, library, scratch)
+    except UnicodeDecodeError as error:
+        message = f"a text in {path.name} is not UTF-8: byte 0x{error.object[error.start]:02x}"
+        raise UnreadableError(Remark("READ_ENCODING", "", message)) from error
+    except Tf.ErrorException as error:
+        raise UnreadableError(Remark("READ_FORMAT", "", f"{path.name}: {said(error)}")) from error
+
+
+def _read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
     stage, remarks = open_stage(path, root)
     assets = Assets(path, root, scratch)
     translation = Translation(_document(stage, library), library, assets.name)

@@ -49,14 +49,16 @@ class Layer:
         Raises
         ------
         UnreadableError
-            If they are nested too deeply.
+            If they are nested too deeply, or damaged.
         """
-        waiting: list[tuple[Sdf.PrimSpec, int]] = [(self.layer.pseudoRoot, -1)]
+        waiting: list[tuple[Sdf.PrimSpec | None, int]] = [(self.layer.pseudoRoot, -1)]
         while waiting:
             spec, number = waiting.pop()
             if number >= 0:
                 self.ends[number] = len(self.ends)
                 continue
+            if spec is None:
+                raise UnreadableError(Remark("READ_FORMAT", "", "the file is damaged: it lists a prim that it lacks"))
             if spec.path.pathElementCount > MAXIMUM_DEPTH:
                 raise UnreadableError(too_deep(f"{str(spec.path)[:80]}..."))
             number = self.index[spec.path] = len(self.ends)

@@ -11,6 +11,7 @@ import MaterialX as mx
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 
 from mrm_mtlx.interchange.imported import Remark
+from mrm_mtlx.interchange.usd.scope import TERMINALS, Scope, create_outputs, is_connected, reached_from
 from mrm_mtlx.interchange.usd.values import COLORED, SDF_TYPES, sdf_type, to_usd
 from mrm_mtlx.reference.evaluation import unit_scale
 from mrm_mtlx.reference.graph import LINEAR_SPACES, defining_graph
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 # The prim that holds the materials, and is the stage's default.
 MATERIALS = "Materials"
-# The kind of material output, by the input of a material node or the type of a shader.
-TERMINALS = {"surfaceshader": "surface", "displacementshader": "displacement", "volumeshader": "volume"}
 # Nodes whose definition lies in the document become graphs within graphs; beyond this they are no material.
 MAXIMUM_PRIMS = 100_000
 
@@ -84,11 +83,11 @@ class _Writer:
         material = UsdShade.Material(prim)
         prim.AddAppliedSchema("MaterialXConfigAPI")  # unknown to a USD without UsdMtlx, which ApplyAPI would not take
         prim.CreateAttribute("config:mtlx:version", Sdf.ValueTypeNames.String, custom=False).Set(self._version)
-        scope = _Scope(prim, {})
+        scope = Scope(prim, {})
         is_material = element.getType() == "material"
         self._used.add(element.getName())
         sources = [given for given in element.getInputs() if self._has_form(given)] if is_material else [element]
-        reached = _reached(self._document, sources)
+        reached = reached_from(self._document, sources)
         self._used |= {upstream.getName() for upstream in reached}
         self._fill(scope, reached)
         for given in sources:
@@ -134,7 +133,7 @@ class _Writer:
             prim.SetDocumentation(element.getDocString())
         return prim
 
-    def _fill(self, scope: _Scope, elements: Iterable[Any]) -> None:
+    def _fill(self, scope: Scope, elements: Iterable[Any]) -> None:
         """Write nodes and graphs that stand beside each other: first themselves, then their inputs and connections."""
         elements = list(elements)
         for element in elements:
@@ -150,17 +149,17 @@ class _Writer:
                 for given in element.getInputs():
                     self._input(scope, UsdShade.Shader(prim), given, definition.getActiveInput(given.getName()))
 
-    def _element(self, scope: _Scope, element: Any) -> Usd.Prim:
+    def _element(self, scope: Scope, element: Any) -> Usd.Prim:
         """The prim of a node or a graph, with its outputs."""
         if element.isA(mx.NodeGraph):
             prim = self._define(UsdShade.NodeGraph, scope.prim, element.getName(), element)
-            _create_outputs(UsdShade.NodeGraph(prim), element.getOutputs())
+            create_outputs(UsdShade.NodeGraph(prim), element.getOutputs())
             return prim
         definition = element.getNodeDef()
         graph = self._own_graph(definition)
         if graph is not None:
             prim = self._define(UsdShade.NodeGraph, scope.prim, element.getName(), element)
-            _create_outputs(UsdShade.NodeGraph(prim), definition.getActiveOutputs())
+            create_outputs(UsdShade.NodeGraph(prim), definition.getActiveOutputs())
             self._used |= {definition.getName(), graph.getName()}
             return prim
         prim = self._define(UsdShade.Shader, scope.prim, element.getName(), element)
@@ -170,7 +169,7 @@ class _Writer:
         if terminal is not None:  # so does UsdMtlx: "surface" of a material's shaders, "out" of those in graphs
             shader.CreateOutput(terminal, Sdf.ValueTypeNames.Token)
         else:
-            _create_outputs(shader, definition.getActiveOutputs())
+            create_outputs(shader, definition.getActiveOutputs())
         return prim
 
     def _own_graph(self, definition: mx.NodeDef) -> Any:
@@ -183,7 +182,7 @@ class _Writer:
             self._lose(definition, "the node's definition in source code stays behind; a host has to know it")
         return graph
 
-    def _graph(self, scope: _Scope, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
+    def _graph(self, scope: Scope, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
         """The inside of a graph of the document, and what its interface is connected to."""
         definition = graph.getNodeDef()
         if definition is None:
@@ -193,18 +192,18 @@ class _Writer:
             self._interface(scope, definition, graph, graph, prim)
         self._inside(graph, prim)
 
-    def _defined(self, scope: _Scope, node: mx.Node, prim: Usd.Prim) -> None:
+    def _defined(self, scope: Scope, node: mx.Node, prim: Usd.Prim) -> None:
         """The inside of a node that the document defines."""
         graph = self._own_graph(node.getNodeDef())
         self._interface(scope, node.getNodeDef(), graph, node, prim)
         self._inside(graph, prim)
 
-    def _interface(self, scope: _Scope, definition: mx.NodeDef, graph: mx.NodeGraph, node: Any, prim: Usd.Prim) -> None:
+    def _interface(self, scope: Scope, definition: mx.NodeDef, graph: mx.NodeGraph, node: Any, prim: Usd.Prim) -> None:
         """The inputs of the graph that defines a node, with the node's values in the place of the definition's."""
         connectable = UsdShade.NodeGraph(prim)
         for declared in definition.getActiveInputs():
             given = node.getInput(declared.getName())
-            if given is not None and (given.getValueString() or _is_connected(given)):
+            if given is not None and (given.getValueString() or is_connected(given)):
                 self._input(scope, connectable, given, declared, graph)
             elif declared.getDefaultGeomPropString():
                 self._geometry(scope, connectable, declared)
@@ -212,7 +211,7 @@ class _Writer:
                 self._input(scope, connectable, declared, declared, graph)
 
     def _inside(self, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
-        inner = _Scope(prim, {})
+        inner = Scope(prim, {})
         self._fill(inner, graph.getNodes())
         for output in graph.getOutputs():
             written = UsdShade.NodeGraph(prim).GetOutput(output.getName())
@@ -222,7 +221,7 @@ class _Writer:
             elif output.getValueString():
                 written.Set(to_usd(output.getType(), output.getValue()))
 
-    def _geometry(self, scope: _Scope, connectable: UsdShade.NodeGraph, declared: mx.Input) -> None:
+    def _geometry(self, scope: Scope, connectable: UsdShade.NodeGraph, declared: mx.Input) -> None:
         """The node that gives an input its value where nothing else does, such as the normal."""
         kind = declared.getType()
         written = connectable.CreateInput(declared.getName(), sdf_type(kind))
@@ -241,11 +240,11 @@ class _Writer:
                 kind_of = into.getType()
                 typed = int(value) if kind_of == "integer" else value
                 shader.CreateInput(attribute, sdf_type(kind_of)).Set(typed)
-        _create_outputs(shader, definition.getActiveOutputs())
+        create_outputs(shader, definition.getActiveOutputs())
         written.ConnectToSource(shader.GetOutput(definition.getActiveOutputs()[0].getName()))
 
     def _input(
-        self, scope: _Scope, connectable: Any, given: mx.Input, declared: mx.Input, graph: mx.NodeGraph | None = None
+        self, scope: Scope, connectable: Any, given: mx.Input, declared: mx.Input, graph: mx.NodeGraph | None = None
     ) -> None:
         """An input with its value or connection; `graph` is the one whose interface it is."""
         kind = given.getType()
@@ -288,80 +287,3 @@ class _Writer:
         if len(spaces) > 1 or (spaces and any(r.getActiveColorSpace() in LINEAR_SPACES for r in readers)):
             self._lose(given, "its image is read in several colour spaces; one of them is written")
         return min(spaces, default=max((reader.getColorSpace() for reader in readers), default=""))
-
-
-class _Scope:
-    """A Material or NodeGraph that is being written, and the prims of the elements in it by their names."""
-
-    def __init__(self, prim: Usd.Prim, prims: dict[str, Usd.Prim]) -> None:
-        self.prim, self.prims = prim, prims
-
-    def source(self, element: Any) -> Any:
-        """What an input or output is connected to: an output beside it, or an input of the interface; None for none."""
-        name = element.getInterfaceName()
-        if name:
-            interface = UsdShade.NodeGraph(self.prim).GetInput(name)
-            return interface if interface else None
-        node = element.getConnectedNode() if element.getNodeName() else None
-        if node is not None:
-            return self.output(node, element.getOutputString())
-        output = element.getConnectedOutput()
-        if output is None:
-            return None
-        graph = output.getParent()
-        if graph.isA(mx.NodeGraph) and graph.getName() in self.prims:
-            return UsdShade.NodeGraph(self.prims[graph.getName()]).GetOutput(output.getName())
-        return self.source(output)
-
-    def shader(self, element: Any) -> Any:
-        """The output that a renderable element without a material is: of a node, or of a graph."""
-        if element.isA(mx.Node):
-            return self.output(element)
-        graph = element.getParent()
-        if graph.isA(mx.NodeGraph):
-            return UsdShade.NodeGraph(self.prims[graph.getName()]).GetOutput(element.getName())
-        return self.source(element)
-
-    def output(self, node: mx.Node, name: str = "") -> Any:
-        """A node's output, or its only one."""
-        connectable = UsdShade.ConnectableAPI(self.prims[node.getName()])
-        outputs = connectable.GetOutputs()
-        return next((output for output in outputs if output.GetBaseName() == name), outputs[0] if outputs else None)
-
-
-def _create_outputs(connectable: Any, outputs: Iterable[mx.Output]) -> None:
-    for output in outputs:
-        kind = output.getType()
-        written = connectable.CreateOutput(output.getName(), sdf_type(kind))
-        if kind not in SDF_TYPES and kind not in TERMINALS:
-            written.SetRenderType(kind)
-
-
-def _reached(document: mx.Document, sources: Iterable[Any]) -> list[Any]:
-    """Nodes and graphs of the document itself that these elements need, in file order."""
-    found: dict[str, Any] = {}
-    waiting = list(sources)
-    while waiting:
-        element = waiting.pop()
-        if element.isA(mx.Node) or element.isA(mx.NodeGraph):
-            if element.getName() in found:
-                continue
-            found[element.getName()] = element
-            waiting += element.getInputs()
-            continue
-        if element.isA(mx.Output) and element.getParent().isA(mx.NodeGraph):
-            waiting.append(element.getParent())
-            continue
-        node = element.getConnectedNode() if element.getNodeName() else None
-        output = None if node is not None else element.getConnectedOutput()
-        if node is not None:
-            waiting.append(node)
-        elif output is not None:
-            waiting.append(output)
-    return [element for element in document.getChildren() if element.getName() in found]
-
-
-def _is_connected(given: mx.Input) -> bool:
-    return bool(
-        given.getNodeName() or given.getNodeGraphString() or given.getOutputString() or given.getInterfaceName()
-    )
