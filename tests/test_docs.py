@@ -22,6 +22,7 @@ PAGES = (
     "docs/classes.md",
     "docs/comparison.md",
     "docs/fitting.md",
+    "docs/gltf.md",
     "docs/model.md",
     "docs/openmaterial.md",
     "docs/osl.md",
@@ -34,6 +35,7 @@ PAGES = (
 # The commands of these are run elsewhere, in the process of the tests: a second less each.
 ELSEWHERE = {
     "docs/fitting.md": "tests/cli/test_fit.py",
+    "docs/gltf.md": "tests/cli/test_convert_gltf.py",
     "docs/openmaterial.md": "tests/cli/test_convert.py",
     "docs/photometry.md": "tests/cli/test_photometry.py",
 }
