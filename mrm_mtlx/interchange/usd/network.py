@@ -129,9 +129,14 @@ class Network:
                 given = made[category].addInput(given_name, given_name)
                 self._note(given, output.GetAttr().GetPath())
                 self._connect(given, source, given_name)
+        self._finish()
         for child in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
             if is_materialx(child):
                 self._node(child, "")
+        self._finish()
+
+    def _finish(self) -> None:
+        """Add the inputs of the nodes that are there, and what they need."""
         while self._waiting:
             self._inputs(*self._waiting.pop())
 

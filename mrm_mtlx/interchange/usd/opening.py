@@ -100,7 +100,11 @@ class _Scan:
         file = Path(Ar.SplitPackageRelativePathOuter(name)[0])
         self._check(file, place)
         try:
-            layer = Sdf.Layer.FindOrOpen(name)
+            layer = Sdf.Layer.Find(name)
+            if layer is None:
+                layer = Sdf.Layer.FindOrOpen(name)
+            else:  # another stage has it open; the file may have changed since
+                layer.Reload(force=True)
         except Tf.ErrorException as error:
             raise UnreadableError(Remark("READ_FORMAT", place, f"{file.name}: {said(error)}")) from error
         if layer is None:
@@ -145,7 +149,7 @@ class _Scan:
                 self._check_clips(entry.layer, spec.GetInfo("clips"), place)
                 message = "value clips are not opened; values are those of the default time"
                 self.remarks.append(Remark("INTERCHANGE_LOST", place, message))
-        return waiting + [(target, "") for target in self._also_named(entry.layer)]
+        return [(target, "") for target in self._also_named(entry.layer)] + waiting  # the last is opened first
 
     def _also_named(self, layer: Sdf.Layer) -> Iterator[str]:
         """Layers that a layer names otherwise, as by an attribute: USD's validators open them."""

@@ -62,8 +62,8 @@ def _is_known(error: Any, library: DataLibrary, images: set[str]) -> bool:
         return True
     if error.GetIdentifier() != NOISE:
         return message.startswith("Cycle detected") or _NOT_OPENED.match(message) is not None
-    ids = (UsdShade.Shader(site.GetPrim()).GetIdAttr().Get() for site in error.GetSites() if site.IsPrim())
-    return all(library.document.getNodeDef(identifier or "") is not None for identifier in ids)
+    ids = [UsdShade.Shader(site.GetProperty().GetPrim()).GetIdAttr().Get() for site in error.GetSites()]
+    return bool(ids) and all(library.document.getNodeDef(identifier or "") is not None for identifier in ids)
 
 
 def _place(error: Any) -> str:

@@ -13,7 +13,7 @@ from mrm_mtlx.interchange.imported import Remark, UnreadableError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-# Prims of the composed stage.
+# Prims of the composed stage, each as often as layers and references contribute to it: that is what USD has to hold.
 MAXIMUM_PRIMS = 1_000_000
 # Prims within prims. The parser takes some ten thousand before it exhausts the stack; real stages have tens.
 MAXIMUM_DEPTH = 256
@@ -137,7 +137,7 @@ class _Weighing:
             if arc.instance:
                 self._instanced.add(target)
             if total > MAXIMUM_PRIMS or self._steps > _MAXIMUM_STEPS:
-                message = f"its references make more than {MAXIMUM_PRIMS} prims"
+                message = f"its references multiply to more than {MAXIMUM_PRIMS} prims"
                 raise UnreadableError(Remark("READ_TOO_LARGE", str(path), message))
         return total
 

@@ -1,0 +1,191 @@
+"""Stages that nobody vouches for: each gives a clear finding, and none is opened further than it may be."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+
+import pytest
+from pxr import Sdf
+
+from mrm_mtlx.interchange.imported import UnreadableError
+from mrm_mtlx.interchange.usd import assets, opening, weighing
+
+HEAD = "#usda 1.0\n"
+EMPTY = HEAD + 'def "a" {\n}\n'
+
+
+def layered(*names):
+    return HEAD + "(\n subLayers = [" + ", ".join(f"@{name}@" for name in names) + "]\n)\n"
+
+
+def referring(arc):
+    return HEAD + f'def "a" (\n {arc}\n) {{\n}}\n'
+
+
+def doubling(levels):
+    """Prims that each have the next one twice: 2 to the power of `levels` at the end."""
+    prims = "".join(
+        f'def "p{k}" {{\n' + "".join(f'def "{x}" (\n references = </p{k + 1}>\n) {{\n}}\n' for x in "xy") + "}\n"
+        for k in range(levels)
+    )
+    return HEAD + prims + f'def "p{levels}" {{\n}}\n'
+
+
+CRATE = "crate"
+BROKEN = {
+    "text named .usdc": ({"s.usdc": "hello"}, "READ_FORMAT", "", "s.usdc is no file of USD; expected USD crate"),
+    "USD text named .usdc": ({"s.usdc": EMPTY}, "READ_FORMAT", "", "s.usdc holds USD text; expected USD crate"),
+    "empty file": ({"s.usd": ""}, "READ_FORMAT", "", "s.usd is empty; expected USD text or USD crate"),
+    "empty crate": ({"s.usdc": ""}, "READ_FORMAT", "", "s.usdc is empty; expected USD crate"),
+    "truncated crate": ({"s.usdc": CRATE}, "READ_FORMAT", "", "s.usdc: "),
+    "wrong syntax": ({"s.usda": HEAD + "def {"}, "READ_FORMAT", "", "s.usda"),
+    "no package": ({"s.usdz": "PK\x03\x04 and no more"}, "READ_FORMAT", "", "s.usdz"),
+    "deep nesting": ({"s.usda": HEAD + 'def "a" {\n' * 100_000}, "READ_TOO_DEEP", "line", "more than 256 levels"),
+    "deep nesting behind braces in strings": (
+        {"s.usda": HEAD + 'def "a" (\n doc = "}"\n) {\n' * 100_000}, "READ_TOO_DEEP", "line", "more than 256 levels",
+    ),
+    "missing sublayer": ({"s.usda": layered("./b.usda")}, "READ_INCLUDE", "", "the file './b.usda' does not exist"),
+    "sublayer of itself": (
+        {"s.usda": layered("./b.usda"), "b.usda": layered("./s.usda")},
+        "READ_INCLUDE", "", "includes itself: s.usda -> b.usda -> s.usda",
+    ),
+    "missing reference": ({"s.usda": referring("references = @./b.usda@")}, "READ_INCLUDE", "/a", "does not exist"),
+    "missing payload": ({"s.usda": referring("payload = @./b.usda@")}, "READ_INCLUDE", "/a", "does not exist"),
+    "broken reference": (
+        {"s.usda": referring("references = @./b.usda@"), "b.usda": "x"},
+        "READ_FORMAT", "/a", "b.usda is no file of USD",
+    ),
+    "reference outside": ({"s.usda": referring("references = @../b.usda@")}, "READ_OUTSIDE", "/a", "'../b.usda' lies"),
+    "absolute reference": ({"s.usda": referring("references = @/etc/b.usda@")}, "READ_OUTSIDE", "/a", "lies outside"),
+    "reference outside in a variant": (
+        {"s.usda": HEAD + 'def "a" (\n prepend variantSets = "v"\n) {\n variantSet "v" = {\n "w" (\n '
+                   'references = @../b.usda@\n ) {\n }\n }\n}\n'},
+        "READ_OUTSIDE", "/a{v=w}", "'../b.usda' lies",
+    ),
+    "clip outside": (
+        {"s.usda": referring("clips = {\n dictionary d = {\n asset[] assetPaths = [@../c.usda@]\n }\n }")},
+        "READ_OUTSIDE", "/a", "'../c.usda' lies",
+    ),
+    "layer outside, named by an attribute": (
+        {"s.usda": HEAD + 'def "a" {\n asset x = @../b.usda@\n}\n'}, "READ_OUTSIDE", "", "'../b.usda' lies",
+    ),
+    "expression for a name": (
+        {"s.usda": referring('references = @`"${X}/b.usda"`@')}, "READ_INCLUDE", "/a", "is an expression",
+    ),
+    "references that double": ({"s.usda": doubling(30)}, "READ_TOO_LARGE", "", "multiply to more than 1000000"),
+    "a chain of references": (
+        {"s.usda": HEAD + "".join(f'def "p{k}" (\n references = </p{k + 1}>\n) {{\n}}\n' for k in range(1200))},
+        "READ_TOO_LARGE", "", "in a chain that is too long",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BROKEN.values(), ids=BROKEN.keys())
+def test_what_cannot_be_read_is_told(stage_of, tmp_path, case):
+    files, code, place, message = case
+    (tmp_path / "in").mkdir()
+    for name, text in files.items():
+        path = tmp_path / "in" / name
+        if text == CRATE:
+            layer = Sdf.Layer.CreateAnonymous(".usdc")
+            layer.ImportFromString(EMPTY)
+            layer.Export(str(path))
+            path.write_bytes(path.read_bytes()[:-40])
+        else:
+            path.write_text(text, encoding="latin-1")
+    first = tmp_path / "in" / next(iter(files))
+    with pytest.raises(UnreadableError) as caught:
+        stage_of(first)
+    remark = caught.value.remark
+    assert remark.code == code
+    assert remark.place.startswith(place)
+    assert message in remark.message
+    assert str(tmp_path) not in remark.message
+    assert "\n" not in remark.message
+
+
+def test_a_circle_of_references_is_told_and_the_rest_is_read(stage_of, usda):
+    usda('def "B" {\n def "C" (\n references = @./stage.usda@</A>\n ) {\n }\n}\n', "b.usda")
+    (remark,) = stage_of('def "M" {\n}\ndef "A" (\n references = @./b.usda@</B>\n) {\n}\n').remarks
+    assert (remark.code, remark.place) == ("READ_INCLUDE", "/A/C")
+    assert remark.message.startswith("Cycle detected: @stage.usda@</A/C> references: @b.usda@</B/C>")
+
+
+def test_bounds_are_those_that_are_stated(usda, stage_of, monkeypatch):
+    usda("", "b.usda", head=layered())
+    path = usda("", head=layered("./b.usda"))
+    size = path.stat().st_size + (path.parent / "b.usda").stat().st_size
+    for name, enough in (("MAXIMUM_LAYERS", 1), ("MAXIMUM_BYTES", size)):
+        with monkeypatch.context() as patch:
+            patch.setattr(opening, name, enough)
+            stage_of(path)
+            patch.setattr(opening, name, enough - 1)
+            with pytest.raises(UnreadableError, match="the stage consists of more than"):
+                stage_of(path)
+
+
+def test_the_weight_of_a_stage_counts_what_is_shared_once(usda, stage_of, monkeypatch):
+    # 1 + 10 in the prototype, three instances of it, the root: 3 more prims each time.
+    shared = 'def "p" {\n' + "".join(f'def "c{k}" {{\n}}\n' for k in range(10)) + "}\n"
+    instance = 'def "i{}" (\n instanceable = {}\n references = </p>\n) {{\n}}\n'
+    for once, weight in (("true", 1 + 11 + 3 + 11), ("false", 1 + 11 + 3 + 3 * 11)):
+        path = usda(shared + "".join(instance.format(k, once) for k in range(3)))
+        monkeypatch.setattr(weighing, "MAXIMUM_PRIMS", weight)
+        stage_of(path)
+        monkeypatch.setattr(weighing, "MAXIMUM_PRIMS", weight - 1)
+        with pytest.raises(UnreadableError, match="multiply to more than"):
+            stage_of(path)
+
+
+def test_other_formats_are_named_and_not_opened(stage_of, tmp_path):
+    (tmp_path / "a.mtlx").write_text('<materialx version="1.39" />')
+    (remark,) = stage_of('def "M" (\n references = @./a.mtlx@\n) {\n}\n').remarks
+    assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/M")
+    assert "'./a.mtlx' is no file of USD" in remark.message
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
+def test_a_pipe_is_not_waited_for(stage_of, tmp_path):
+    os.mkfifo(tmp_path / "p.usda")
+    with pytest.raises(UnreadableError) as caught:
+        stage_of(tmp_path / "p.usda")
+    assert caught.value.remark.code == "READ_FAILED"
+
+
+def test_a_link_that_leads_out_is_not_followed(stage_of, tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "secret.usda").write_text(EMPTY)
+    (tmp_path / "in" / "b.usda").symlink_to(tmp_path / "secret.usda")
+    path = tmp_path / "in" / "s.usda"
+    path.write_text(layered("./b.usda"))
+    with pytest.raises(UnreadableError) as caught:
+        stage_of(path)
+    assert caught.value.remark.code == "READ_OUTSIDE"
+
+
+def test_a_file_that_changed_while_another_holds_it_is_read_anew(usda, stage_of):
+    held = Sdf.Layer.FindOrOpen(str(usda('def Material "M" {\n token outputs:mtlx:surface\n}\n').resolve()))
+    assert [r.code for r in stage_of(usda('def "M" {\n}\n')).remarks] == []
+    assert held.GetPrimAtPath("/M").typeName == ""
+
+
+def package(path, **files):
+    with zipfile.ZipFile(path, "w") as written:
+        for name, content in files.items():
+            written.writestr(name, content)
+    return path
+
+
+def test_a_package_is_unpacked_within_bounds(stage_of, tmp_path, monkeypatch):
+    path = package(tmp_path / "p.usdz", **{"s.usda": EMPTY, "../out.png": b"x", "tex/a.png": b"y" * 100})
+    read = stage_of(path)
+    assert [p.relative_to(read.folder).as_posix() for p in read.folder.rglob("*") if p.is_file()] == ["tex/a.png"]
+    assert not (read.folder.parent / "out.png").exists()
+    for name, enough in (("MAXIMUM_FILES", 2), ("MAXIMUM_BYTES", 101)):
+        with monkeypatch.context() as patch:
+            patch.setattr(assets, name, enough)
+            stage_of(path)
+            patch.setattr(assets, name, enough - 1)
+            with pytest.raises(UnreadableError, match="the package holds 2 files"):
+                stage_of(path)
