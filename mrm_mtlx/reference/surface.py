@@ -202,7 +202,7 @@ def input_at(node: Any, name: str, points: ShadingPoints) -> Array | None:
 
 
 def _input(node: Any, name: str, points: ShadingPoints) -> tuple[Array | str | None, bool]:
-    """Value of a node's input, None where it cannot be evaluated, and whether it needs neither images nor properties."""
+    """Value of a node's input, None if it cannot be evaluated, and whether it needs neither images nor properties."""
     definition = node.getNodeDef()
     given, survey = node.getInput(name), Survey()
     if given is not None:
@@ -217,6 +217,8 @@ def _input(node: Any, name: str, points: ShadingPoints) -> tuple[Array | str | N
     except (KeyError, AttributeError, TypeError):  # an interface that is bound only where the graph is used
         return None, False
     is_local = not images and not evaluation.asked  # an image and a geometric property vary
+    if isinstance(value, np.generic):  # what NumPy's functions make of arrays without dimensions
+        value = np.asarray(value)
     return (value if isinstance(value, str | np.ndarray) else None), is_local
 
 

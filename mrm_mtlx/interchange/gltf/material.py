@@ -9,11 +9,13 @@ import numpy as np
 
 from mrm_mtlx.interchange.gltf import properties as gltf
 from mrm_mtlx.interchange.gltf.closures import surface
+from mrm_mtlx.interchange.gltf.models import model
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Transform, transform, written
 from mrm_mtlx.interchange.gltf.schema import problems
 from mrm_mtlx.interchange.gltf.slots import Channel
 from mrm_mtlx.interchange.gltf.terms import Lookup, Term, look_up, scalar, source, term
 from mrm_mtlx.reference import constant_input
+from mrm_mtlx.reference.graph import shader_node
 
 if TYPE_CHECKING:
     from mrm_mtlx.interchange.gltf.asset import Asset
@@ -23,6 +25,12 @@ _BY_INPUT = {prop.input: prop for prop in gltf.PROPERTIES}
 _WRAPS = {name: number for number, name in gltf.WRAPS.items()}
 # Always written, though they may be glTF's defaults: what a material is at first sight.
 _PLAIN = ("base_color", "metallic", "roughness")
+# What extensions do nothing without.
+_WEIGHTS = {
+    "KHR_materials_clearcoat": ("clearcoatFactor", "clearcoatTexture"),
+    "KHR_materials_sheen": ("sheenColorFactor", "sheenColorTexture"),
+    "KHR_materials_iridescence": ("iridescenceFactor", "iridescenceTexture"),
+}
 # Inputs of gltf_pbr without a form in glTF.
 _NO_FORM = ("tangent",)
 
@@ -41,8 +49,7 @@ def inputs_of(node: Any) -> dict[str, Any]:
     if node.getCategory() == "surface":
         return surface(node)
     if node.getCategory() != "gltf_pbr":
-        msg = f"{node.getCategory()} is another surface model; convert what is gltf_pbr, or made of its BSDFs"
-        raise InexpressibleError(msg)
+        return model(node)
     return {name: _input(node, name) for name in sorted(given.getName() for given in node.getInputs())}
 
 
@@ -63,7 +70,12 @@ def _input(node: Any, name: str) -> Any:
 
 
 class Material:
-    """A material of an asset.
+    """A material of an asset, made of a renderable element, see `terms.resolved`.
+
+    Raises
+    ------
+    InexpressibleError
+        If glTF has no form for it.
 
     Attributes
     ----------
@@ -73,10 +85,11 @@ class Material:
         What of it glTF cannot say: the place in the material, "/input", and why.
     """
 
-    def __init__(self, inputs: dict[str, Any], name: str, asset: Asset, images: Images) -> None:
+    def __init__(self, element: Any, asset: Asset, images: Images) -> None:
+        inputs, name = inputs_of(shader_node(element)), element.getName()
         self.data: dict[str, Any] = {"name": name}
         self.losses: list[tuple[str, str]] = []
-        self._asset, self._images = asset, images
+        self._asset, self._images, self._document = asset, images, element.getDocument()
         self._inputs = {name: value for name, value in inputs.items() if self._is_sayable(name, value)}
         self._opaque = self._inputs.get("alpha_mode", 0) == 0
         self._place_emission()
@@ -85,7 +98,7 @@ class Material:
         for prop in gltf.PROPERTIES:
             if not prop.texture:
                 self._set_factor(prop, self._constant(prop))
-        self._set_normals(images)
+        self._set_normals()
         self._set_occlusion()
         self._set_thickness()
         self._set_anisotropy()
@@ -109,7 +122,9 @@ class Material:
         if color is None:
             return
         largest = float(max(np.max(np.abs(color.offset + color.scale)), np.max(np.abs(color.scale))))
-        if largest > 1.0 and strength.value is not None:
+        if strength.value is not None and np.all(strength.value == 0.0):
+            self._inputs = {n: v for n, v in self._inputs.items() if n not in ("emissive", "emissive_strength")}
+        elif largest > 1.0 and strength.value is not None:
             self._inputs |= {"emissive": color * (1.0 / largest), "emissive_strength": strength * largest}
 
     def _fill(self, props: list[gltf.Property], path: gltf.Path) -> None:
@@ -197,13 +212,13 @@ class Material:
         elif values != default or prop.input in _PLAIN:
             _put(self.data, prop.factor, values if len(values) > 1 else values[0])
 
-    def _set_normals(self, images: Images) -> None:
+    def _set_normals(self) -> None:
         for name, path in gltf.NORMALS:
             if name in self._inputs:
-                self._set_normal(name, path, images)
+                self._set_normal(name, path)
 
-    def _set_normal(self, name: str, path: gltf.Path, images: Images) -> None:
-        node = images.document.getDescendant(self._inputs[name])
+    def _set_normal(self, name: str, path: gltf.Path) -> None:
+        node = self._document.getDescendant(self._inputs[name])
         try:
             if node.getCategory() == "gltf_normalmap":
                 file = node.getInput("file")
@@ -292,9 +307,9 @@ class Material:
         if distance is not None and distance.value is not None and distance.value[0] > 0.0:
             _put(self.data, gltf.ATTENUATION_DISTANCE, written(distance.value[0]))
         extensions = self.data.get("extensions", {})
-        weight = extensions.get("KHR_materials_iridescence", {})
-        if weight and not {"iridescenceFactor", "iridescenceTexture"} & weight.keys():
-            del extensions["KHR_materials_iridescence"]  # without a weight there is no film
+        for name, weights in _WEIGHTS.items():
+            if name in extensions and not set(weights) & extensions[name].keys():
+                del extensions[name]
         if not extensions:
             self.data.pop("extensions", None)
         for problem in problems("material", self.data, ""):

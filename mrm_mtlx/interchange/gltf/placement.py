@@ -117,7 +117,9 @@ def through(node: Any, placement: Placement) -> Placement:
 
 
 def _order(node: Any) -> int:
-    return int(_value(node, "operationorder")) if node.getNodeDef().getActiveInput("operationorder") is not None else 0
+    # gltf_colorimage has the input, and passes another number on.
+    named = node.getCategory() != "gltf_colorimage" and node.getNodeDef().getActiveInput("operationorder") is not None
+    return int(_value(node, "operationorder")) if named else 0
 
 
 def _value(node: Any, name: str) -> Array:

@@ -51,7 +51,6 @@ class Images:
     """The images of a document; each file is read once."""
 
     def __init__(self, source: Imported, output: Path) -> None:
-        self.document = source.document
         self._source, self._folder = source, output.parent.resolve()
         self._pixels: dict[str, NDArray[np.float32] | None] = {}
 

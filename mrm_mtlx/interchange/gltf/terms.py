@@ -163,6 +163,8 @@ def _of_node(node: Any, output: str) -> Term:
         return term(node, "in").select((_CHANNELS[output],))
     if category.startswith("combine"):
         return _joined([term(node, f"in{k + 1}") for k in range(int(category[-1]))])
+    if category == "gltf_colorimage":
+        return _color_image(node).select((3,) if output == "outa" else (0, 1, 2))
     if category in _FUNCTIONS:
         return _FUNCTIONS[category](node)
     msg = f"its value comes from {category}, which has no form in glTF"
@@ -212,6 +214,26 @@ def look_up(node: Any, file: str, encoded: bool) -> Lookup:
     return Lookup(file, encoded, modes, texts["filtertype"], index, through(node, placement))
 
 
+def _color_image(node: Any) -> Term:
+    """The four channels of gltf_colorimage, whose image stands as it is stored: a multioutput has no colour space."""
+    file = node.getInput("file")
+    if file is None or not file.getResolvedValueString():
+        msg = "gltf_colorimage has no file"
+        raise InexpressibleError(msg)
+    lookup = look_up(node, file.getResolvedValueString(), encoded=False)
+    factor = _constant(term(node, "color")) * _constant(term(node, "geomcolor"))
+    # Inside, its image repeats, whatever its address modes are (MaterialX 1.39.5).
+    return Term(np.zeros(4), factor, lookup._replace(modes=("periodic", "periodic")), (0, 1, 2, 3))
+
+
+def _between(node: Any) -> Term:
+    """Thickness by gltf_iridescence_thickness, whose ends are exchanged (MaterialX 1.39.5): thick where it is dark."""
+    file = node.getInput("file")
+    lookup = look_up(node, "" if file is None else file.getResolvedValueString(), encoded=False)
+    ends = [np.atleast_1d(scalar(node, name)) for name in ("thicknessMax", "thicknessMin")]
+    return Term(ends[0], ends[1] - ends[0], lookup, (1,))
+
+
 def _joined(terms: list[Term]) -> Term:
     lookups = {t.lookup for t in terms if t.lookup is not None}
     if len(lookups) > 1:
@@ -231,7 +253,7 @@ def _pair(node: Any) -> tuple[Term, Term]:
 
 def _constant(part: Term) -> Array:
     if part.value is None:
-        msg = "it multiplies images, or divides by one"
+        msg = "it multiplies images, divides by one or compares one"
         raise InexpressibleError(msg)
     return part.value
 
@@ -257,7 +279,10 @@ def _subtract(node: Any) -> Term:
 
 
 def _mix(node: Any) -> Term:
-    return blended(term(node, "bg"), term(node, "fg"), term(node, "mix"))
+    amount = term(node, "mix")
+    if amount.value is not None and amount.value[0] in (0.0, 1.0):  # the other side may be anything
+        return term(node, "fg" if amount.value[0] else "bg")
+    return blended(term(node, "bg"), term(node, "fg"), amount)
 
 
 def blended(low: Term, high: Term, amount: Term) -> Term:
@@ -277,6 +302,13 @@ def blended(low: Term, high: Term, amount: Term) -> Term:
     if low.lookup is None:
         return high * share + _constant(low) * (1.0 - share)
     return low * (1.0 - share) + _constant(high) * share
+
+
+def _chosen(node: Any) -> Term:
+    """What a comparison of constants chooses."""
+    first, second = (_constant(term(node, name))[0] for name in ("value1", "value2"))
+    holds = {"ifgreater": first > second, "ifgreatereq": first >= second, "ifequal": first == second}
+    return term(node, "in1" if holds[node.getCategory()] else "in2")
 
 
 def _extract(node: Any) -> Term:
@@ -303,4 +335,8 @@ _FUNCTIONS: dict[str, Callable[[Any], Term]] = {
     "extract": _extract,
     "convert": _convert,
     "dot": lambda node: term(node, "in"),
+    "gltf_iridescence_thickness": _between,
+    "ifequal": _chosen,
+    "ifgreater": _chosen,
+    "ifgreatereq": _chosen,
 }

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.interchange.gltf import comparison
 from mrm_mtlx.interchange.gltf.asset import Asset
 from mrm_mtlx.interchange.gltf.container import LOST
-from mrm_mtlx.interchange.gltf.material import Material, inputs_of
+from mrm_mtlx.interchange.gltf.material import Material
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.reading import read
 from mrm_mtlx.interchange.gltf.slots import Images
 from mrm_mtlx.interchange.gltf.terms import resolved
 from mrm_mtlx.interchange.imported import NothingToWriteError, Remark
 from mrm_mtlx.reference import UnsupportedError
-from mrm_mtlx.reference.graph import shader_node
 from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
     for element in renderable_elements(document):
         place = f"/{element.getNamePath()}"
         try:
-            material = Material(inputs_of(shader_node(element)), element.getName(), asset, images)
+            material = Material(element, asset, images)
         except InexpressibleError as error:
             remarks.append(Remark(LEFT_OUT, place, f"glTF has no form for it: {error}"))
             continue
@@ -85,4 +84,4 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
 
 
 def _share(value: float) -> str:
-    return f"{100.0 * value:.2g} %"
+    return f"{100.0 * value:.3g} %"

@@ -345,6 +345,51 @@ def test_a_pattern_that_gltf_can_say_is_written_without_loss(images, imported, w
     assert len(data["textures"]) == 1
 
 
+GRAPH = (
+    '<nodegraph name="g"><input name="f" type="filename" value="a.png"/><gltf_normalmap name="n" type="vector3">'
+    '<input name="file" type="filename" interfacename="f"/></gltf_normalmap>'
+    '<output name="o" type="vector3" nodename="n"/></nodegraph>'
+)
+OF_GRAPH = '<input name="normal" type="vector3" nodegraph="g" output="o"/>'
+
+
+def test_a_normal_map_in_a_graph_with_an_interface_is_written(images, imported, written):
+    data, remarks = written(imported(model(number("roughness", 0.5) + OF_GRAPH, GRAPH)))
+    assert remarks == []
+    assert data["materials"][0]["normalTexture"] == {"index": 0}
+
+
+COLORED = connected("base_color", "color3") + number("specular_roughness", 0.3)
+MODELS = {
+    "standard_surface": COLORED + number("retroreflectivity", 0.5),
+    "open_pbr_surface": COLORED + number("specular_retroreflectivity", 0.5),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_other_surface_models_are_translated_with_their_retroreflectivity_and_what_differs_is_said(
+    images, imported, written, name
+):
+    nodes = image() + f'<{name} name="s" type="surfaceshader">{MODELS[name]}</{name}>'
+    data, (remark,) = written(imported(shown(nodes)))
+    assert "differ by up to" in remark.message
+    assert float(remark.message.split()[-5]) < 5.0  # percent, in the mean: another diffuse and another Fresnel term
+    (material,) = data["materials"]
+    assert material["pbrMetallicRoughness"] == {
+        "baseColorTexture": {"index": 0},
+        "baseColorFactor": [1.0, 1.0, 1.0, 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.3,
+    }
+    assert material["extensions"]["KHR_materials_retroreflection"] == {"retroreflectionFactor": 0.5}
+
+
+def test_a_surface_model_without_a_translation_is_left_out(imported, written):
+    with pytest.raises(NothingToWriteError) as caught:
+        written(imported(shown('<disney_principled name="s" type="surfaceshader"/>')))
+    assert "disney_principled is another surface model" in caught.value.remarks[0].message
+
+
 LOST = {
     "sheared coordinates": (
         PLACE.format(order='<input name="operationorder" type="integer" value="1"/>') + image(more=AT_P),
