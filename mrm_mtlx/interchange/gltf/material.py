@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.interchange.gltf import properties as gltf
-from mrm_mtlx.interchange.gltf.closures import surface
-from mrm_mtlx.interchange.gltf.models import model
+from mrm_mtlx.interchange.gltf.inputs import NO_FORM, inputs_of
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Transform, transform, written
 from mrm_mtlx.interchange.gltf.schema import problems
 from mrm_mtlx.interchange.gltf.slots import Channel
@@ -31,42 +30,6 @@ _WEIGHTS = {
     "KHR_materials_sheen": ("sheenColorFactor", "sheenColorTexture"),
     "KHR_materials_iridescence": ("iridescenceFactor", "iridescenceTexture"),
 }
-# Inputs of gltf_pbr without a form in glTF.
-_NO_FORM = ("tangent",)
-
-
-def inputs_of(node: Any) -> dict[str, Any]:
-    """The inputs of gltf_pbr for a surface; what of them has no form in glTF is the error itself.
-
-    Raises
-    ------
-    InexpressibleError
-        If the surface as a whole has none.
-    """
-    if node is None:
-        msg = "it has no surface shader"
-        raise InexpressibleError(msg)
-    if node.getCategory() == "surface":
-        return surface(node)
-    if node.getCategory() != "gltf_pbr":
-        return model(node)
-    return {name: _input(node, name) for name in sorted(given.getName() for given in node.getInputs())}
-
-
-def _input(node: Any, name: str) -> Any:
-    try:
-        if name in (*_NO_FORM, *(name for name, _ in gltf.NORMALS)):
-            upstream = source(node, name)
-            return None if upstream is None else str(upstream[0].getNamePath())
-        if name == "alpha_mode":
-            return int(scalar(node, name))
-        if name.startswith("anisotropy_"):
-            upstream = source(node, name)
-            if upstream is not None and upstream[0].getCategory() == "gltf_anisotropy_image":
-                return upstream[0]
-        return term(node, name)
-    except InexpressibleError as error:
-        return error
 
 
 class Material:
@@ -109,7 +72,7 @@ class Material:
     def _is_sayable(self, name: str, value: Any) -> bool:
         if isinstance(value, InexpressibleError):
             self._lost(name, str(value))
-        elif name in _NO_FORM and value is not None:
+        elif name in NO_FORM and value is not None:
             self._lost(name, "glTF takes it from the geometry")
         return value is not None and not isinstance(value, InexpressibleError)
 

@@ -131,14 +131,18 @@ def _value(node: Any, name: str) -> Array:
 
 
 def _sets(given: Any) -> set[int]:
-    """Sets of texture coordinates that an input depends on."""
-    node = None if given is None else given.getConnectedNode()
-    if node is None:
-        return {0}
-    if node.getCategory() == "texcoord":
-        return {int(_value(node, "index"))}
-    connected = [_sets(child) for child in node.getInputs() if child.getConnectedNode() is not None]
-    return set().union(*connected) if connected else {0}
+    """Sets of texture coordinates that an input depends on; the first where it depends on none."""
+    found, seen = set(), set()
+    waiting = [] if given is None else [given]
+    while waiting:
+        node = waiting.pop().getConnectedNode()
+        if node is None or node.getNamePath() in seen:
+            continue
+        seen.add(node.getNamePath())
+        if node.getCategory() == "texcoord":
+            found.add(int(_value(node, "index")))
+        waiting += node.getInputs()
+    return found or {0}
 
 
 def _points(texcoord: Array) -> ShadingPoints:

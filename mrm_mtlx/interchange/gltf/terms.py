@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -100,6 +101,12 @@ def term(node: Any, name: str) -> Term:
     InexpressibleError
         If it is not of the form of a term.
     """
+    if _known.get(None) is None:
+        token = _known.set({})
+        try:
+            return term(node, name)
+        finally:
+            _known.reset(token)
     value = constant_input(node, name)
     if isinstance(value, np.ndarray):
         return Term.constant(value)
@@ -155,7 +162,18 @@ def _source(given: Any) -> tuple[Any, str] | None:
     return None if node is None else (node, str(given.getOutputString()))
 
 
+# What nodes give, by path and output, while one input is followed: each node once, however often it is used.
+_known: ContextVar[dict[tuple[str, str], Term]] = ContextVar("known")
+
+
 def _of_node(node: Any, output: str) -> Term:
+    known, key = _known.get(), (node.getNamePath(), output)
+    if key not in known:
+        known[key] = _made(node, output)
+    return known[key]
+
+
+def _made(node: Any, output: str) -> Term:
     category = node.getCategory()
     if category in _IMAGES:
         return _image(node)

@@ -79,7 +79,7 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
                 continue
             if largest > comparison.ROUNDING:
                 message = f"as glTF, its values differ by up to {_share(largest)}, {_share(mean)} in the mean"
-                remarks.append(Remark(LOST, place, message))
+                remarks.append(Remark(LOST, place, message, "Look at both, by mrm render, before relying on it."))
     return remarks
 
 

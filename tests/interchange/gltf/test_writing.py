@@ -359,6 +359,20 @@ def test_a_normal_map_in_a_graph_with_an_interface_is_written(images, imported, 
     assert data["materials"][0]["normalTexture"] == {"index": 0}
 
 
+def test_a_graph_that_uses_each_node_many_times_is_followed_once_per_node(images, imported, written):
+    nodes = image("color3", "a.png", "").replace('"i"', '"c0"')
+    for k in range(14):  # five million ways through it
+        parts = "".join(
+            f'<extract name="e{k}{c}" type="float">{connected("in", "color3", f"c{k}")}'
+            f'<input name="index" type="integer" value="{c}"/></extract>'
+            for c in range(3)
+        )
+        joined = "".join(connected(f"in{c + 1}", "float", f"e{k}{c}") for c in range(3))
+        nodes += f'{parts}<combine3 name="c{k + 1}" type="color3">{joined}</combine3>'
+    data, _ = written(imported(model(connected("emissive", "color3", "c14"), nodes)))
+    assert len(data["textures"]) == 1
+
+
 COLORED = connected("base_color", "color3") + number("specular_roughness", 0.3)
 MODELS = {
     "standard_surface": COLORED + number("retroreflectivity", 0.5),
