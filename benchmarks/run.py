@@ -1,6 +1,6 @@
 """Benchmarks, which print tables; no test depends on them.
 
-`python benchmarks/run.py [oracle|mitsuba|surface|gl|validate]...`
+`python benchmarks/run.py [oracle|mitsuba|surface|gl|validate|usd]...`
 """
 
 from __future__ import annotations
@@ -278,6 +278,46 @@ def validate() -> None:
         print(f"  mrm validate -j {jobs}               {taken:7.1f} s   {taken / floor:.2f} times")
 
 
+PRIMS = 10_000
+MATERIALS = 20
+_MATERIAL = """def Material "M{0}" {{
+    token outputs:mtlx:surface.connect = </W/M{0}/s.outputs:out>
+    def Shader "s" {{
+        uniform token info:id = "ND_surface"
+        token inputs:bsdf.connect = </W/M{0}/c.outputs:out>
+    }}
+    def Shader "c" {{
+        uniform token info:id = "ND_conductor_bsdf"
+        float2 inputs:roughness = (0.1, 0.{0:02})
+    }}
+}}
+"""
+_MESH = """def Mesh "m{0}" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    rel material:binding = </W/M{1}>
+}}
+"""
+
+
+def usd() -> None:
+    """Reading the materials of a stage of many prims: safe opening, translation, USD's own validators."""
+    from mrm_mtlx.interchange.usd import read
+    from mrm_mtlx.library import load_library
+
+    materials = "".join(_MATERIAL.format(k) for k in range(MATERIALS))
+    meshes = "".join(_MESH.format(k, k % MATERIALS) for k in range(PRIMS))
+    head = '#usda 1.0\n(\n defaultPrim = "W"\n metersPerUnit = 1\n upAxis = "Y"\n)\n'
+    library = load_library()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "stage.usda")
+        path.write_text(f'{head}def Xform "W" {{\n{materials}{meshes}}}\n', encoding="utf-8")
+        remarks = read(path, path.parent, library, path.parent).remarks
+        taken = best_time(lambda: read(path, path.parent, library, path.parent), 3)
+    print(f"reading {MATERIALS} materials of a stage of {PRIMS} prims: {taken:.2f} s, {len(remarks)} remarks")
+
+
 def floor() -> None:
     """Generate, link and first draw the GLSL and ESSL of every renderable element, and nothing else."""
     import MaterialX as mx
@@ -313,7 +353,7 @@ def _timed(command: list[str]) -> float:
         shutil.rmtree(cache)
 
 
-BENCHMARKS = {"oracle": oracle, "mitsuba": mitsuba, "surface": surface, "gl": gl, "validate": validate}
+BENCHMARKS = {"oracle": oracle, "mitsuba": mitsuba, "surface": surface, "gl": gl, "validate": validate, "usd": usd}
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["floor"]:

@@ -30,6 +30,7 @@ PAGES = (
     "docs/plots.md",
     "docs/prismatic.md",
     "docs/reference.md",
+    "docs/usd.md",
     "materials/README.md",
 )
 # The commands of these are run elsewhere, in the process of the tests: a second less each.
@@ -38,6 +39,7 @@ ELSEWHERE = {
     "docs/gltf.md": "tests/cli/test_convert_gltf.py",
     "docs/openmaterial.md": "tests/cli/test_convert.py",
     "docs/photometry.md": "tests/cli/test_photometry.py",
+    "docs/usd.md": "tests/cli/test_convert_usd.py",
 }
 
 # How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -58,6 +59,8 @@ class Format(NamedTuple):
         NothingToWriteError
             If there is nothing in the document that the format can say, with the reasons.
         """
+        if path.exists() and not path.is_file():
+            raise OSError(errno.EINVAL, "it is not a regular file")
         remarks: list[Remark] = import_module(self.module).write(source, path, library)
         return remarks
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 MAXIMUM_PRIMS = 1_000_000
 # Prims within prims. The parser takes some ten thousand before it exhausts the stack; real stages have tens.
 MAXIMUM_DEPTH = 256
+# References that lead to references; composing a thousand takes half a minute, real stages have some ten.
+MAXIMUM_CHAIN = 100
 # Arcs that are followed to find the size.
 _MAXIMUM_STEPS = 5_000_000
 
@@ -84,12 +86,8 @@ def refuse_heavy(layers: Mapping[str, Layer]) -> None:
         If it is so.
     """
     weighing = _Weighing(layers)
-    try:
-        for name in layers:
-            weighing.size(name, Sdf.Path.absoluteRootPath)
-    except RecursionError:
-        message = "its references follow each other in a chain that is too long"
-        raise UnreadableError(Remark("READ_TOO_LARGE", "", message)) from None
+    for name in layers:
+        weighing.size(name, Sdf.Path.absoluteRootPath)
 
 
 class _Weighing:
@@ -98,6 +96,9 @@ class _Weighing:
     def __init__(self, layers: Mapping[str, Layer]) -> None:
         self._layers = layers
         self._sizes: dict[tuple[str, Sdf.Path], int] = {}
+        self._chains: dict[tuple[str, Sdf.Path], int] = {}
+        self._stacks: dict[str, list[str]] = {}
+        self._above = 0
         self._instanced: set[tuple[str, Sdf.Path]] = set()
         self._steps = 0
 
@@ -105,24 +106,32 @@ class _Weighing:
         """Number of prims that a reference to this prim of a layer adds."""
         key = (name, path)
         if key not in self._sizes:
-            self._sizes[key] = 0  # a circle of references, which USD refuses
-            self._sizes[key] = sum(self._own(self._layers[member], path) for member in self._stack(name))
+            self._sizes[key], self._chains[key] = 0, 0  # a circle of references, which USD refuses
+            self._above += 1
+            self._refuse_chain(self._above, path)
+            self._sizes[key] = sum(self._own(self._layers[member], path, key) for member in self._stack(name))
+            self._above -= 1
         return self._sizes[key]
+
+    def _refuse_chain(self, length: int, path: Sdf.Path) -> None:
+        if length > MAXIMUM_CHAIN:
+            message = f"its references follow each other in a chain of more than {MAXIMUM_CHAIN}"
+            raise UnreadableError(Remark("READ_TOO_LARGE", str(path), message))
 
     def _stack(self, name: str) -> list[str]:
         """A layer and its sublayers; all layers for ""."""
-        if not name:
-            return list(self._layers)
-        found: list[str] = []
-        waiting = [name]
-        while waiting:
-            name = waiting.pop()
-            if name in self._layers and name not in found:
-                found.append(name)
-                waiting += self._layers[name].sublayers
-        return found
+        if name not in self._stacks:
+            found: dict[str, None] = {}
+            waiting = [name] if name else list(self._layers)
+            while waiting:
+                member = waiting.pop()
+                if member in self._layers and member not in found:
+                    found[member] = None
+                    waiting += self._layers[member].sublayers
+            self._stacks[name] = list(found)
+        return self._stacks[name]
 
-    def _own(self, entry: Layer, path: Sdf.Path) -> int:
+    def _own(self, entry: Layer, path: Sdf.Path, key: tuple[str, Sdf.Path]) -> int:
         start = entry.index.get(path)
         if start is None:
             return 0
@@ -134,6 +143,8 @@ class _Weighing:
             target = (arc.layer, arc.path or self._default(arc.layer))
             if not (arc.instance and target in self._instanced):
                 total += self.size(*target)
+            self._chains[key] = max(self._chains[key], 1 + self._chains[target])
+            self._refuse_chain(self._chains[key], path)
             if arc.instance:
                 self._instanced.add(target)
             if total > MAXIMUM_PRIMS or self._steps > _MAXIMUM_STEPS:

@@ -1,0 +1,118 @@
+"""`mrm` with stages of USD: converted both ways, validated, rendered, and what it says when it cannot."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mrm_mtlx.library.images import read_image
+from mrm_mtlx.validation.runner import documents_of
+
+MATERIALS = Path(__file__).parents[2] / "materials"
+PICTURE = Path(__file__).parents[1] / "documents" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"
+PLATE = MATERIALS / "licence_plate.mtlx"
+
+
+@pytest.fixture
+def here(in_process, tmp_path):
+    """Function from arguments of `mrm` to the finished command, run beside the materials."""
+    (tmp_path / "materials").symlink_to(MATERIALS)
+    return in_process
+
+
+def test_the_commands_of_the_page_run(here, repository, gl):
+    text = (repository / "docs" / "usd.md").read_text(encoding="utf-8")
+    commands = [shlex.split(line) for line in re.findall(r"^    mrm (.*)$", text, re.MULTILINE)]
+    assert {command[0] for command in commands} >= {"convert", "validate", "render", "library"}
+    for command in commands:
+        small = {"validate": ["--samples", "64", "--target", "glsl", "-j", "1"], "render": ["--size", "16"]}
+        done = here(*command, *small.get(command[0], []))
+        assert done.exit_code == 0, done.stderr
+
+
+def test_there_and_back_by_position_or_option_and_nothing_lost(here):
+    done = here("convert", PLATE, "plate.usda")
+    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "wrote plate.usda\n")
+    assert here("convert", "plate.usda", "-o", "back.mtlx").stderr == "wrote back.mtlx\n"
+    assert "<nodegraph name=" in Path("back.mtlx").read_text(encoding="utf-8")
+
+
+def test_a_folder_is_searched_for_stages_and_documents(here, tmp_path):
+    (tmp_path / "in" / "deep").mkdir(parents=True)
+    for name in ("b.usda", "deep/a.mtlx", "c.USDC", "d.usdz", "e.txt", "f.usd"):
+        (tmp_path / "in" / name).write_text("")
+    found = [path.relative_to(tmp_path / "in").as_posix() for path in documents_of(tmp_path / "in")]
+    assert found == ["b.usda", "c.USDC", "d.usdz", "deep/a.mtlx", "f.usd"]
+
+
+def test_a_picture_of_the_stage_is_that_of_the_document(here, gl):
+    here("convert", PLATE, "plate.usdc")
+    for source, picture in ((PLATE, "a.exr"), ("plate.usdc", "b.exr")):
+        assert here("render", source, "-o", picture, "--size", "32").exit_code == 0
+    first, second = read_image(Path("a.exr")), read_image(Path("b.exr"))
+    # The same code but for the names of variables: the same pixels.
+    assert np.array_equal(first, second)
+    assert first[..., :3].std() > 0.01
+
+
+def test_images_of_a_package_are_copied_beside_the_document(here, tmp_path):
+    (tmp_path / "tex").mkdir()
+    shutil.copy(PICTURE, tmp_path / "tex" / "a.png")
+    Path("t.mtlx").write_text(
+        '<materialx version="1.39"><image name="i" type="color3">'
+        '<input name="file" type="filename" value="tex/a.png" /></image><surface_unlit name="s" type="surfaceshader">'
+        '<input name="emission_color" type="color3" nodename="i" /></surface_unlit>'
+        '<surfacematerial name="m" type="material"><input name="surfaceshader" type="surfaceshader" nodename="s" />'
+        "</surfacematerial></materialx>"
+    )
+    assert here("convert", "t.mtlx", "t.usdz").exit_code == 0
+    assert here("convert", "t.usdz", "u.mtlx").stderr == "wrote u.mtlx\n"
+    assert 'value="u/a.png"' in Path("u.mtlx").read_text(encoding="utf-8")
+    assert Path("u/a.png").read_bytes() == Path("tex/a.png").read_bytes()
+
+
+def test_what_is_lost_is_told_and_the_rest_is_written(here):
+    text = PLATE.read_text(encoding="utf-8").replace("</materialx>", '<look name="looks" /></materialx>')
+    Path("look.mtlx").write_text(text, encoding="utf-8")
+    done = here("convert", "look.mtlx", "look.usda")
+    assert done.exit_code == 0
+    first, hint, last = done.stderr.splitlines()
+    assert first == "warning INTERCHANGE_LOST /looks: a look has no form in a USD material"
+    assert hint.startswith("    ")
+    assert last == "wrote look.usda"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        ((PLATE, "no/a.usda"), 2, "the folder no does not exist"),
+        ((PLATE, "a.xyz"), 2, "expected a name that ends in .mtlx, .usda,"),
+        (("plate.mtlx", "plate.mtlx"), 2, "is the file to be read"),
+        ((PLATE, "a.mtlx"), 2, "is MaterialX already"),
+        (("a.usda", "b.usdz"), 2, "is USD already"),
+        ((PLATE, "a.usda", "-o", "b.usda"), 2, "a.usda is to be written already"),
+        ((PLATE, "a.usda", "--observation", "1"), 2, "only for .json"),
+        ((PLATE, "folder.usda"), 2, "folder.usda cannot be written: it is not a regular file"),
+        (("absent.mtlx", "a.usda"), 1, "error READ_MISSING"),
+        (("text.usdc", "a.mtlx"), 1, "error READ_FORMAT: text.usdc is no file of USD"),
+        (("nothing.mtlx", "a.usda"), 3, "nothing.mtlx has nothing to render"),
+    ],
+    ids=str,
+)
+def test_a_wrong_call_is_told_so_and_writes_nothing(here, arguments, status, message):
+    shutil.copy(PLATE, "plate.mtlx")
+    Path("text.usdc").write_text("hello")
+    Path("nothing.mtlx").write_text('<materialx version="1.39" />')
+    Path("folder.usda").mkdir()
+    before = sorted(p.name for p in Path().iterdir())
+    done = here("convert", *arguments)
+    assert (done.exit_code, done.stdout) == (status, "")
+    # A usage message is wrapped to the terminal's width.
+    assert message in " ".join(done.stderr.split())
+    assert sorted(p.name for p in Path().iterdir()) == before
+    assert Path("plate.mtlx").read_bytes() == PLATE.read_bytes()
