@@ -66,7 +66,10 @@ def dissolved(document: mx.Document) -> mx.Document:
 
 
 def variants(element: Any) -> list[Variant]:
-    """The specular nodes that an element depends on and whose flag is off, in the order of the document."""
+    """The specular nodes that an element depends on and whose flag is off, in the order of the document.
+
+    Not those that partial retroreflection is mixed of: the flag of their other part is on already.
+    """
     nodes = {str(node.getNamePath()): node for node in _upstream(element)}
     order = [str(e.getNamePath()) for e in element.getDocument().traverseTree() if e.isA(mx.Node)]
     found = [nodes[path] for path in order if path in nodes and nodes[path].getCategory() in MICROFACET_NODES]
@@ -76,7 +79,14 @@ def variants(element: Any) -> list[Variant]:
 def _is_off(node: Any) -> bool:
     given = node.getInput(FLAG)
     connected = given is not None and not given.getValueString()
-    return not connected and not is_retroreflective(node)
+    return not connected and not is_retroreflective(node) and not _has_twin(node)
+
+
+def _has_twin(node: Any) -> bool:
+    """Whether the node is the ordinary part of a lobe whose other part has the flag on: that is swept as it is."""
+    mixtures = [port.getParent() for port in node.getDownstreamPorts()]
+    others = [m.getConnectedNode(name) for m in mixtures if m.getCategory() == "mix" for name in ("fg", "bg")]
+    return any(o is not None and o.getCategory() == node.getCategory() and is_retroreflective(o) for o in others)
 
 
 def _upstream(element: Any) -> Iterator[Any]:
