@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from typing import TYPE_CHECKING
 
 import MaterialX as mx
 
-from mrm_mtlx.library.files import replacing, resolve_inside
+from mrm_mtlx.interchange.files import name_beside
+from mrm_mtlx.library.files import replacing
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,8 +19,7 @@ if TYPE_CHECKING:
 def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
     """Write a document without its data library; see `interchange.formats`.
 
-    Names of files are written relative to `path`. Files that were inside of the source, as in a package, are copied
-    into a folder beside `path` that has its stem as name.
+    Names of files are those of `name_beside`.
     """
     del library
     document = source.document.copy()
@@ -30,19 +28,7 @@ def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
     for element in (document, *document.traverseTree()):
         element.removeAttribute("fileprefix")
     for element, name in names:
-        element.setValueString(_anchored(name, source, path))
+        element.setValueString(name_beside(name, source, path))
     with replacing(path) as unfinished:
         unfinished.write_text(mx.writeToXmlString(document), encoding="utf-8")
     return []
-
-
-def _anchored(name: str, source: Imported, path: Path) -> str:
-    """A file's name as seen from the folder of `path`."""
-    target = resolve_inside(name, source.folder, source.root)
-    if target is None:  # a checked document has none
-        return name
-    if source.packed and target.is_file():
-        folder = path.parent / path.stem
-        folder.mkdir(exist_ok=True)
-        target = shutil.copyfile(target, folder / target.name).resolve()
-    return os.path.relpath(target, path.parent.resolve()).replace(os.sep, "/")

@@ -72,8 +72,8 @@ def test_images_of_a_package_are_copied_beside_the_document(here, tmp_path):
     )
     assert here("convert", "t.mtlx", "t.usdz").exit_code == 0
     assert here("convert", "t.usdz", "u.mtlx").stderr == "wrote u.mtlx\n"
-    assert 'value="u/a.png"' in Path("u.mtlx").read_text(encoding="utf-8")
-    assert Path("u/a.png").read_bytes() == Path("tex/a.png").read_bytes()
+    assert 'value="u/0/a.png"' in Path("u.mtlx").read_text(encoding="utf-8")
+    assert Path("u/0/a.png").read_bytes() == Path("tex/a.png").read_bytes()
 
 
 def test_what_is_lost_is_told_and_the_rest_is_written(here):

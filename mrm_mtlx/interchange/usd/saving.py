@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import zipfile
 from pathlib import Path
@@ -10,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from pxr import Sdf, Tf, UsdUtils
 
+from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.usd.opening import said
 from mrm_mtlx.interchange.usd.writing import write_materials
 from mrm_mtlx.library.console import silenced
-from mrm_mtlx.library.files import replacing, resolve_inside
+from mrm_mtlx.library.files import replacing
 
 if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported, Remark
@@ -33,18 +33,15 @@ def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
     with replacing(path) as unfinished:
         if path.suffix.lower() == ".usdz":
             return _package(source, path.stem, unfinished)
-        return _layer(source, path.resolve().parent, unfinished)
+        return _layer(source, path, unfinished)
 
 
-def _layer(source: Imported, folder: Path, unfinished: Path) -> list[Remark]:
-    """Write a layer whose images are named as seen from `folder`."""
+def _layer(source: Imported, path: Path, unfinished: Path) -> list[Remark]:
+    """Write a layer that is to stand at `path`."""
 
     def anchored(name: str) -> str:
-        target = resolve_inside(name, source.folder, source.root)
-        if target is None:  # a checked document has none
-            return name
-        relative = os.path.relpath(target, folder).replace(os.sep, "/")
-        return relative if relative.startswith("../") else f"./{relative}"
+        beside = name_beside(name, source, path)
+        return beside if beside.startswith("../") else f"./{beside}"
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
     remarks = write_materials(source.document, layer, anchored)
@@ -59,7 +56,7 @@ def _package(source: Imported, name: str, unfinished: Path) -> list[Remark]:
     """Write a package: USD gathers the images, and what it wrote is stored again without the time of writing."""
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         layer, gathered = Path(folder, f"{name}.usdc"), Path(folder, "gathered.usdz")
-        remarks = _layer(source, Path(folder).resolve(), layer)
+        remarks = _layer(source, layer, layer)
         with silenced():
             made = UsdUtils.CreateNewUsdzPackage(str(layer), str(gathered))
         if not made:
