@@ -1,6 +1,6 @@
 """USD: materials of a stage as a document, and a document's materials as a stage.
 
-* `reading`: a stage's materials, in all variants, over `network` (one material) and `assets` (its files).
+* `reading`: a stage's materials, in all variants, over `network` (one material), `prims` and `assets` (files).
 * `opening`: safe opening of files that nobody vouches for, over `weighing` (how large the stage will be).
 * `validators`: what USD's own validators say.
 * `writing`: a document's materials as prims, over `scope` (what is beside each other); `saving`: their file.

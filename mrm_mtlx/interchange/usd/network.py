@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pxr import Sdf, Usd, UsdShade
 
 from mrm_mtlx.interchange.imported import Remark
-from mrm_mtlx.interchange.usd.values import COLORED, color_space, materialx_type, outputs_of, to_text
+from mrm_mtlx.interchange.usd.prims import TERMINALS, is_closed, is_materialx, space_of, terminals
+from mrm_mtlx.interchange.usd.values import COLORED, materialx_type, outputs_of, to_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,15 +18,6 @@ if TYPE_CHECKING:
     import MaterialX as mx
 
     from mrm_mtlx.library import DataLibrary
-
-# Inputs of a material node, and the node's category, by the material's terminal.
-TERMINALS = {
-    "surface": ("surfaceshader", "surfacematerial"),
-    "displacement": ("displacementshader", "surfacematerial"),
-    "volume": ("volumeshader", "volumematerial"),
-}
-# What the ids of MaterialX's node definitions begin with.
-ID_PREFIX = "ND_"
 
 
 @dataclass
@@ -71,29 +63,6 @@ class _Source(NamedTuple):
     attribute: Usd.Attribute
 
 
-def terminals(material: UsdShade.Material) -> dict[str, UsdShade.Output]:
-    """The outputs of a material that MaterialX renders: those of its render context, or else the universal ones.
-
-    A universal output counts if a node of MaterialX feeds it.
-    """
-    found = {}
-    for name in TERMINALS:
-        output = material.GetOutput(f"mtlx:{name}")
-        if output and output.GetAttr().IsAuthored():
-            found[name] = output
-            continue
-        output = material.GetOutput(name)
-        attributes = UsdShade.Utils.GetValueProducingAttributes(output) if output else []
-        if any(is_materialx(attribute.GetPrim()) for attribute in attributes):
-            found[name] = output
-    return found
-
-
-def is_materialx(prim: Usd.Prim) -> bool:
-    """Whether a prim is a shader with the id of a MaterialX node."""
-    return prim.IsA(UsdShade.Shader) and str(UsdShade.Shader(prim).GetIdAttr().Get() or "").startswith(ID_PREFIX)
-
-
 class Network:
     """The network of one material, in `translation`; `place` gives a path as it is reported."""
 
@@ -105,13 +74,14 @@ class Network:
         self._document = translation.document
         self._graphs: dict[Sdf.Path, Any] = {}
         self._nodes: dict[Sdf.Path, tuple[Any, Any]] = {}
+        self._names: dict[Sdf.Path, str] = {}  # of graphs' inputs and outputs
         self._waiting: list[tuple[Usd.Prim, Any, Any, Any]] = []
 
     def translate(self) -> None:
         """Add the material, all that it is made of, and what lies in it unused."""
         prim = self._material.GetPrim()
         for child in prim.GetFilteredChildren(Usd.TraverseInstanceProxies()):
-            if child.IsA(UsdShade.NodeGraph) and _is_closed(child):
+            if child.IsA(UsdShade.NodeGraph) and is_closed(child):
                 self._graphs[child.GetPath()] = None
         made: dict[str, Any] = {}
         for name, output in terminals(self._material).items():
@@ -217,7 +187,7 @@ class Network:
         """An input of a node or a graph, with its value or connection; none if it has neither."""
         source = self._source(attribute, home)
         if source.kind == "value":
-            value, space = self._value(source.attribute, kind), _space(source.attribute) or _space(attribute)
+            value, space = self._value(source.attribute, kind), space_of(source.attribute) or space_of(attribute)
             if source.attribute.GetPath() != attribute.GetPath() and not self._fits(source.attribute, attribute, kind):
                 return
             if value is None and not space:
@@ -232,10 +202,10 @@ class Network:
             return
         else:
             given = parent.addInput(name, kind)
-            space = _space(attribute)
+            space = space_of(attribute)
             if source.kind == "interface":  # MaterialX takes an image's space from what reads it
                 origin = self._source(source.attribute, None)
-                space = (origin.kind == "value" and _space(origin.attribute)) or space
+                space = (origin.kind == "value" and space_of(origin.attribute)) or space
             if kind in COLORED and space:
                 given.setColorSpace(space)
             self._connect(given, source, kind)
@@ -275,21 +245,29 @@ class Network:
         elif source.kind == "graph":
             graph = self._graph(source.prim.GetPath())
             given.setNodeGraphString(graph.getName())
-            given.setOutputString(source.name)
-            if graph.getOutput(source.name) is None:
-                self._output(graph, source, kind)
+            given.setOutputString(self._output(graph, source, kind))
         elif source.kind == "interface":
             graph = self._graph(source.prim.GetPath())
-            given.setInterfaceName(source.name)
-            if graph.getInput(source.name) is None:
-                self._input(graph, source.attribute, source.name, kind, None)
-                if graph.getInput(source.name) is None:  # it has no value; inputs that name it need it all the same
-                    self._note(graph.addInput(source.name, kind), source.attribute.GetPath())
+            given.setInterfaceName(self._interface(graph, source.attribute, source.name, kind))
 
-    def _output(self, graph: Any, asked: _Source, kind: str) -> None:
-        """An output of a graph, of the type that is asked of it."""
-        output = graph.addOutput(asked.name, kind)
-        self._note(output, asked.attribute.GetPath())
+    def _interface(self, graph: Any, attribute: Usd.Attribute, name: str, kind: str) -> str:
+        """Name of a graph's input. In USD, a shader of the graph may have the same name as the input."""
+        path = attribute.GetPath()
+        if path not in self._names:
+            self._names[path] = self._free(name, graph)
+            self._input(graph, attribute, self._names[path], kind, None)
+            if graph.getInput(self._names[path]) is None:  # it has no value; inputs that name it need it all the same
+                self._note(graph.addInput(self._names[path], kind), path)
+        return self._names[path]
+
+    def _output(self, graph: Any, asked: _Source, kind: str) -> str:
+        """Name of a graph's output, which is of the type that is asked of it."""
+        path = asked.attribute.GetPath()
+        if path in self._names:
+            return self._names[path]
+        name = self._names[path] = self._free(asked.name, graph)
+        output = graph.addOutput(name, kind)
+        self._note(output, path)
         source = self._source(asked.attribute, asked.prim.GetPath())
         if source.kind == "value":
             value = self._value(source.attribute, kind)
@@ -299,6 +277,7 @@ class Network:
             self._dangling(source)
         else:
             self._connect(output, source, kind)
+        return name
 
     def _source(self, attribute: Usd.Attribute, home: Sdf.Path | None) -> _Source:
         """Where a value comes from, followed through the graphs and materials that the document has not."""
@@ -327,22 +306,5 @@ class Network:
             attribute = following
 
 
-def _space(attribute: Usd.Attribute) -> str:
-    return color_space(attribute.GetColorSpace()) if attribute.HasColorSpace() else ""
-
-
 def _valid(name: str) -> str:
-    return "".join(c if c.isalnum() else "_" for c in name)
-
-
-def _is_closed(graph: Usd.Prim) -> bool:
-    """Whether a graph can be one of the document: shaders alone, connected among themselves and to its interface."""
-    inside = {graph.GetPath()}
-    children = list(graph.GetFilteredChildren(Usd.TraverseInstanceProxies()))
-    if not all(child.IsA(UsdShade.Shader) for child in children):
-        return False
-    inside |= {child.GetPath() for child in children}
-    attributes = [output.GetAttr() for output in UsdShade.NodeGraph(graph).GetOutputs()]
-    for child in children:
-        attributes += [given.GetAttr() for given in UsdShade.Shader(child).GetInputs()]
-    return all(path.GetPrimPath() in inside for attribute in attributes for path in attribute.GetConnections())
+    return "".join(c if c.isalnum() and c.isascii() else "_" for c in name)

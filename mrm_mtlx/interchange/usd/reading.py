@@ -9,8 +9,9 @@ from pxr import Sdf, Tf, Usd, UsdShade
 
 from mrm_mtlx.interchange.imported import Imported, Remark, UnreadableError
 from mrm_mtlx.interchange.usd.assets import Assets
-from mrm_mtlx.interchange.usd.network import Network, Translation, terminals
+from mrm_mtlx.interchange.usd.network import Network, Translation
 from mrm_mtlx.interchange.usd.opening import open_stage, said
+from mrm_mtlx.interchange.usd.prims import terminals
 from mrm_mtlx.interchange.usd.validators import validator_remarks
 from mrm_mtlx.interchange.usd.values import color_space
 
@@ -128,8 +129,16 @@ def _translate_changed(
 
 
 def _prims_with_variants(stage: Usd.Stage) -> list[Sdf.Path]:
-    """Prims that can be given another variant: not inside of instances, which have no selection of their own."""
-    return [prim.GetPath() for prim in stage.Traverse() if prim.HasVariantSets()]
+    """Prims that can be given another variant; of all that have their variants from the same place, the first.
+
+    What is inside of an instance has no selection of its own.
+    """
+    found: dict[frozenset[tuple[str, Sdf.Path]], Sdf.Path] = {}
+    for prim in stage.Traverse():
+        if prim.HasVariantSets():
+            specs = (spec for spec in prim.GetPrimStack() if spec.variantSets)
+            found.setdefault(frozenset((spec.layer.identifier, spec.path) for spec in specs), prim.GetPath())
+    return list(found.values())
 
 
 def _made_of(material: UsdShade.Material, translation: Translation) -> str:

@@ -7,13 +7,17 @@ import os
 import subprocess
 from pathlib import Path
 
+import jsonschema
 import MaterialX as mx
 import pytest
 
 from mrm_mtlx.engines.osl.process import VARIABLE
 from mrm_mtlx.library import node_library_folder
+from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.results import ValidationResult
+from mrm_mtlx.validation.runner import engines, versions
 
 REPOSITORY = Path(__file__).parents[3]
 PROGRAM = Path(__file__).with_name("usdmtlx_program.py")
@@ -42,6 +46,15 @@ def test_every_target_gives_the_same_result(gl, imported, written):
     )
     assert document["glsl"].status == "pass"
     assert converted == document
+
+
+def test_a_report_on_a_stage_follows_the_schema(stage_of, usda):
+    path = usda('def Material "M" {\n token outputs:mtlx:surface\n}\n', head="#usda 1.0\n")
+    result = check_document(Request(path, path.parent, path.name, targets=()))
+    assert {f.code for f in result.findings} >= {"USD_VALIDATOR", "DOC_CONNECTION"}
+    report = json.loads(reports.to_json(ValidationResult(versions(), engines(()), [result])))
+    jsonschema.validate(report, json.loads((REPOSITORY / "docs" / "report.schema.json").read_text(encoding="utf-8")))
+    assert "usd" in report["versions"]
 
 
 @pytest.fixture(scope="session")

@@ -141,6 +141,18 @@ def test_a_graph_stays_a_graph(stage_of):
     assert document.getNode("s").getInput("opacity").getNodeGraphString() == "g"
 
 
+def test_a_shader_may_have_the_name_of_an_input_or_an_output_of_its_graph(stage_of):
+    prims = GRAPH.format(source="/M/g/out", inside=CONSTANT.format("/M/g.inputs:gain").replace('"k"', '"out"'))
+    read = stage_of(
+        prims + prims.replace("/M", "/N").replace('"M"', '"N"').replace("gain", "out").replace("0.25", "0.5")
+    )
+    assert read.document.validate() == (True, "")
+    graph = read.document.getNodeGraph("g2")
+    (node,) = graph.getNodes()
+    assert graph.getInput(node.getInput("value").getInterfaceName()).getValueString() == "0.5"
+    assert graph.getOutputs()[0].getConnectedNode().getName() == node.getName()
+
+
 def test_graphs_within_graphs_are_dissolved(stage_of):
     nested = NESTED.format(CONSTANT.format("/M/g/h.inputs:up"))
     read = stage_of(GRAPH.format(source="/M/g/h", inside=nested))
@@ -334,6 +346,16 @@ def test_a_variant_above_a_material_counts_and_their_number_is_bounded(stage_of,
     monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 0)
     (remark,) = [remark for remark in stage_of(prims).remarks if not remark.code.startswith("USD_")]
     assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/X")
+
+
+def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, monkeypatch):
+    asset = ABOVE.format(material=MATERIAL.format(**BARE).replace("</M/", "</X/M/"))
+    prims = asset + "".join(f'def "i{k}" (\n references = </X>\n)\n{{\n}}\n' for k in range(5))
+    monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 2)  # as many as one of them has beside the selected
+    read = stage_of(prims)
+    assert [remark for remark in read.remarks if not remark.code.startswith("USD_")] == []
+    places = [read.places[n.getName()] for n in read.document.getMaterialNodes()]
+    assert places == ["/X/M", *(f"/i{k}/M" for k in range(5)), "/X{v=b}M"]
 
 
 def test_what_instances_share_is_read_once_at_the_first(stage_of):
