@@ -44,7 +44,11 @@ def _layer(source: Imported, path: Path, unfinished: Path) -> list[Remark]:
         return beside if beside.startswith("../") else f"./{beside}"
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
-    remarks = write_materials(source.document, layer, anchored)
+    try:
+        remarks = write_materials(source.document, layer, anchored)
+    except Tf.ErrorException as error:
+        msg = f"USD cannot hold it: {said(error)}"
+        raise ValueError(msg) from error
     try:
         layer.Export(str(unfinished))
     except Tf.ErrorException as error:
