@@ -25,6 +25,7 @@ PAGES = (
     "docs/gltf.md",
     "docs/model.md",
     "docs/openmaterial.md",
+    "docs/openpbr.md",
     "docs/osl.md",
     "docs/photometry.md",
     "docs/plots.md",
@@ -57,7 +58,16 @@ COMMANDS = {
     "pip install -e '.[dev]'": "(tests/test_wheel.py installs)",
     "mrm doctor": None,
     "mrm doctor --coverage": None,
-    "mrm validate materials/ --retro-sweep": "mrm validate materials/ --retro-sweep --samples 256 --target glsl",
+    # Some of them: a driver takes seconds for each variant of a surface model.
+    "mrm validate materials/ --retro-sweep": (
+        "mrm validate materials/shoe_trim.mtlx materials/licence_plate.mtlx materials/embossed_foil.mtlx --retro-sweep "
+        "--samples 256 --target glsl"
+    ),
+    "mrm validate materials/segmented_trim.mtlx": "(the first command of the README has it)",
+    "mrm render materials/segmented_trim.mtlx -o trim.png": (
+        "mrm render materials/segmented_trim.mtlx -o trim.png --size 32"
+    ),
+    "mrm photometry materials/segmented_trim.mtlx": None,
     "pytest": "(this is the run)",
     "ruff check . && ruff format --check .": "(.ci/run)",
     "mypy": "(.ci/run)",
@@ -182,6 +192,8 @@ def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytes
     library = names["library"]
     implementation = library.getNodeDef("ND_conductor_bsdf").getImplementation("genglsl")  # type: ignore[attr-defined]
     assert implementation.getName() == "IM_mrm_conductor_bsdf_genglsl"
+    model = library.getNodeDef("ND_mrm_gltf_pbr_surfaceshader")  # type: ignore[attr-defined]
+    assert model.getImplementation("").getName() == "NG_mrm_gltf_pbr_surfaceshader"
 
 
 def test_the_page_of_rules_is_up_to_date() -> None:
