@@ -6,11 +6,14 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.engines.availability import Availability
 from mrm_mtlx.library import node_library_folder
+from mrm_mtlx.library.surface_models import SURFACE_MODELS, Extension
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation.catalogue import RULES
 
@@ -132,10 +135,23 @@ def test_library_installs_its_files_and_says_how_to_load_them(mrm, tmp_path):
     written = sorted(path for path in (tmp_path / "hosts" / "one").rglob("*") if path.is_file())
     assert [tmp_path / line for line in done.stdout.splitlines()] == written
     source = node_library_folder() / "pbrlib"
-    assert [path.relative_to(tmp_path / "hosts" / "one" / "mrm") for path in written] == sorted(
-        path.relative_to(source) for path in source.rglob("*") if path.is_file()
-    )
+    copied = [Path("mrm") / path.relative_to(source) for path in source.rglob("*") if path.is_file()]
+    models = Path("mrm_surface_models", "mrm_surface_models.mtlx")
+    assert [path.relative_to(tmp_path / "hosts" / "one") for path in written] == sorted([*copied, models])
     assert "--library mrm" in done.stderr
+    assert "left out" not in done.stderr
+
+
+def test_a_surface_model_that_could_not_be_extended_is_named_with_the_reason(in_process, library, monkeypatch):
+    left_out = Extension(SURFACE_MODELS[2], "it is not defined by a graph")
+    changed = replace(library, surface_models=(Extension(SURFACE_MODELS[0]), left_out))
+    monkeypatch.setattr("mrm_mtlx.library.load_library", lambda: changed)
+    monkeypatch.setattr("mrm_mtlx.cli.doctor.survey", lambda: {"gl": ("compiles", Availability(True, "a driver"))})
+    expected = "gltf_pbr is left out: it is not defined by a graph"
+    assert expected in in_process("library", "install", "hosts").stderr
+    told = in_process("doctor").stdout
+    assert expected in told
+    assert "open_pbr_surface specular_retroreflectivity (partly" in told
 
 
 @pytest.mark.parametrize("where", ["file", "file/below"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import install_library, node_library_folder
+from mrm_mtlx.library import install_library, node_library_folder, surface_models
 from mrm_mtlx.library.surface_models import PARTIAL_NODES, SURFACE_MODELS, SurfaceModel, amount_input, extend
 from mrm_mtlx.shadergen import generate, renderable_elements
 
@@ -39,6 +39,14 @@ def test_the_lobes_of_the_base_and_no_others_are_partial(library, model):
     partial = {n.getName(): n for n in graph.getNodes() if n.getCategory() in PARTIAL_NODES}
     assert partial.keys() == BASE[model.node]
     assert {n.getInput("retroreflectivity").getInterfaceName() for n in partial.values()} == {model.amount}
+
+
+@MODELS
+def test_a_search_that_takes_transmission_for_reflection_would_be_seen(monkeypatch, library, model):
+    monkeypatch.setattr(surface_models, "_reflects", lambda _node: True)
+    stock = library.document.getNodeDef(f"ND_{model.node}_surfaceshader").getImplementation("")
+    found = {node.getName() for node in surface_models._base_lobes(stock, model.roughness)}
+    assert found > BASE[model.node]
 
 
 @MODELS
