@@ -108,11 +108,12 @@ def cases() -> tuple[Case, ...]:
     return tuple(found)
 
 
-def rows() -> list[dict[str, Any]]:
+def rows(*, albedos: bool = True) -> list[dict[str, Any]]:
     """One row per case and pair: name, model, its parameters, directions, f [1/sr], pdf [1/sr], albedo; plain values.
 
     A parameter that a model does not have is absent. `retroreflectivity` is the weight of partial retroreflection;
-    where it is present, `retroreflective` has no part. `albedo` is that for v, to 1e-3.
+    where it is present, `retroreflective` has no part. `albedo` is that for v, to 1e-3; it takes most of the time, and
+    is absent without `albedos`.
     """
     found = []
     for case in cases():
@@ -121,12 +122,14 @@ def rows() -> list[dict[str, Any]]:
         bsdf = case.bsdf
         f, pdf = bsdf.eval(v, l), bsdf.pdf(v, l)
         # One by one: each view takes as many points as it needs.
-        albedos = {tuple(view): bsdf.albedo(view, accuracy=0.5 * 10.0**-ALBEDO_DECIMALS) for view in v}
+        views = {tuple(view): view for view in v} if albedos else {}
+        albedo = {key: bsdf.albedo(view, accuracy=0.5 * 10.0**-ALBEDO_DECIMALS) for key, view in views.items()}
         for i, pair in enumerate(case.pairs):
             row: dict[str, Any] = {"case": case.name, **parameters(case)}
             row |= dict(zip(("theta_v_deg", "phi_v_deg", "theta_l_deg", "phi_l_deg"), pair, strict=True))
             row |= {"v": _list(v[i]), "l": _list(l[i]), "f": _list(f[i]), "pdf": _list(pdf[i])}
-            row["albedo"] = [round(x, ALBEDO_DECIMALS) for x in albedos[tuple(v[i])].tolist()]
+            if albedos:
+                row["albedo"] = [round(x, ALBEDO_DECIMALS) for x in albedo[tuple(v[i])].tolist()]
             found.append(row)
     return found
 

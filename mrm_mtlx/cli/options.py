@@ -43,8 +43,18 @@ class OslModeName(StrEnum):
 Targets: TypeAlias = Annotated[
     list[str] | None, typer.Option("--target", metavar="NAME", help="Shading language; repeatable. Default: all.")
 ]
+
+
+def _writable(output: Path | None) -> Path | None:
+    """Refuse a report's file whose folder is not there, before the work is done in vain."""
+    if output is not None and not output.parent.is_dir():
+        raise typer.BadParameter(f"{output} cannot be written: the folder {output.parent} does not exist")
+    return output
+
+
 Output: TypeAlias = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Write the report to this file instead of stdout.")
+    Path | None,
+    typer.Option("--output", "-o", callback=_writable, help="Write the report to this file instead of stdout."),
 ]
 Samples: TypeAlias = Annotated[int, typer.Option("--samples", min=16, max=1 << 22, help="Samples per comparison.")]
 Seed: TypeAlias = Annotated[int, typer.Option("--seed", min=0, help="Seed of all random numbers.")]

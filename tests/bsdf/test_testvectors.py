@@ -17,7 +17,7 @@ PRINTED_TOL = 10.0 ** (1 - DIGITS) * (1.0 + 4.0 / 0.0025)
 
 @pytest.fixture(scope="module")
 def table() -> list[dict[str, Any]]:
-    return rows()
+    return rows(albedos=False)
 
 
 def from_row(row: dict[str, Any]) -> bsdf.Lobe:

@@ -88,15 +88,13 @@ def test_doctor_names_what_is_missing_and_the_command_that_adds_it(mrm, tmp_path
     empty = tmp_path / "nothing"
     empty.mkdir()
     lacking = {"PATH": str(empty), "__EGL_VENDOR_LIBRARY_DIRS": str(empty), "__EGL_VENDOR_LIBRARY_FILENAMES": ""}
-    report = json.loads(mrm("doctor", "--format", "json", **lacking).stdout)
-    assert report["engines"]["vulkan"]["available"] is False
-    assert "apt-get install" in report["engines"]["vulkan"]["remedy"]
+    told = mrm("doctor", **lacking)
+    missing = [line.split()[0] for line in told.stdout.splitlines() if line.split()[1:2] == ["missing"]]
+    assert "vulkan" in missing
+    assert told.stdout.count("to add it: apt-get install") == 1 + ("gl" in missing)
     if sys.platform.startswith("linux"):
-        assert report["engines"]["gl"]["available"] is False
-        assert "apt-get install" in report["engines"]["gl"]["remedy"]
-        done = mrm("doctor", **lacking)
-        assert done.returncode == 1
-        assert f"to add it: {report['engines']['gl']['remedy']}" in done.stdout
+        assert "gl" in missing
+        assert told.returncode == 1
 
 
 def test_without_a_driver_documents_are_generated_and_skipped_with_the_reason(mrm, metal, tmp_path):
@@ -301,9 +299,10 @@ CASE_KEYS = {
 }
 
 
-def test_conformance_gives_every_case_with_the_keys_that_are_promised(mrm, gl):
-    done = mrm("conformance", "--samples", "2048", "--target", "glsl", "--format", "json")
-    assert done.returncode == 0
+def test_conformance_as_json_and_as_text_has_the_same_cases_with_what_is_promised(mrm, gl):
+    arguments = ("conformance", "--samples", "256", "--target", "glsl")
+    done, printed = mrm(*arguments, "--format", "json"), mrm(*arguments)
+    assert (done.returncode, printed.returncode, printed.stderr) == (0, 0, "")
     assert done.stderr == f"PASSED  {CASES} passed, 0 failed, 0 skipped\n"
     report = json.loads(done.stdout)
     assert report["schema"] == "mrm.conformance/1"
@@ -312,21 +311,19 @@ def test_conformance_gives_every_case_with_the_keys_that_are_promised(mrm, gl):
     for case in report["cases"]:
         assert set(case) >= CASE_KEYS
         assert (case["target"], case["engine"], case["status"]) == ("glsl", "gl", "pass")
-        assert case["samples"] == 2048
+        assert case["samples"] == 256
         assert 0.0 < case["median_error"] < case["max_error"]
         assert case["reason"] is None
     assert len({case["name"] for case in report["cases"]}) == CASES
     assert {case["retroreflective"] for case in report["cases"]} == {True, False}
-
-
-def test_conformance_as_text_ends_with_the_verdict_and_is_the_same_twice(mrm, gl):
-    first, second = (mrm("conformance", "--samples", "64", "--target", "glsl") for _ in range(2))
-    assert (first.returncode, first.stderr) == (0, "")
-    assert first.stdout == second.stdout
-    lines = first.stdout.splitlines()
+    lines = printed.stdout.splitlines()
     assert lines[0].split() == ["case", "target", "status", "samples", "largest", "median", "of", "allowed"]
-    assert lines[-1] == f"PASSED  {CASES} passed, 0 failed, 0 skipped"
+    assert lines[-1] == done.stderr.strip()
     assert len(lines) == CASES + 3  # with a header and a note
+    # The seed fixes the numbers: those of another process are the same.
+    for line, case in zip(lines[1:], report["cases"], strict=False):
+        assert line.startswith(case["name"])
+        assert line.split()[-3:-1] == [f"{case['max_error']:.2e}", f"{case['median_error']:.2e}"]
 
 
 @pytest.fixture

@@ -160,7 +160,7 @@ def test_130_an_interrupt_ends_the_run_and_its_processes(command, environment, d
 def test_130_an_interrupt_from_the_keyboard_prints_no_traceback(command, environment, documents, gl):
     # The terminal sends it to all processes at once. When those of the run start depends on the machine: some moments.
     said = ""
-    for moment in (0.9, 1.2, 1.6, 2.0):
+    for moment in (1.0, 1.8):
         process = subprocess.Popen(
             [*command, "validate", str(documents / "CHECK_TIMEOUT" / "triggers.mtlx"), *GLSL],
             stdout=subprocess.PIPE,

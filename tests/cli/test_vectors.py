@@ -26,6 +26,7 @@ def test_the_three_forms_have_the_same_values(mrm, tmp_path):
         assert [float(row[f"f_{c}"]) for c in "rgb"] == vector["f"]
         assert [float(row[f"v_{c}"]) for c in "xyz"] == vector["v"]
         assert float(row["pdf"]) == vector["pdf"]
+        assert max(vector["albedo"]) <= 1.0  # of energy
         assert row["retroreflective"] == str(vector.get("retroreflective", "")).lower()
         color0 = vector.get("color0")
         assert row["color0_g"] == ("" if color0 is None else str(color0))

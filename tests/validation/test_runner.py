@@ -197,7 +197,7 @@ def test_documents_of_the_same_name_in_several_folders_are_all_checked(tmp_path,
 
 def test_versions_are_those_of_what_a_verdict_depends_on():
     found = versions()
-    assert list(found) == ["mrm", "materialx", "numpy", "openimageio", "moderngl"]
+    assert list(found) == ["mrm", "materialx", "numpy", "openimageio", "moderngl", "usd"]
     assert (found["mrm"], found["materialx"]) == (__version__, materialx_version())
     assert all(re.match(r"\d+\.\d+", version) for version in found.values())
 
