@@ -45,6 +45,14 @@ BROKEN = {
     "deep nesting behind braces in strings": (
         {"s.usda": HEAD + 'def "a" (\n doc = "}"\n) {\n' * 100_000}, "READ_TOO_DEEP", "line", "more than 256 levels",
     ),
+    "deep nesting behind signs of strings in comments": (
+        {"s.usda": HEAD + '/* """ */\n// \'\'\'\n' + 'def "a" {\n' * 100_000 + '/* """ \'\'\' */'},
+        "READ_TOO_DEEP", "line", "more than 256 levels",
+    ),
+    "deep nesting behind an asset path with signs of its own": (
+        {"s.usda": HEAD + 'def "a" {\n asset x = @@@a\\@@@b@@@@\n}\n' + 'def "a" {\n' * 100_000},
+        "READ_TOO_DEEP", "line", "more than 256 levels",
+    ),
     "missing sublayer": ({"s.usda": layered("./b.usda")}, "READ_INCLUDE", "", "the file './b.usda' does not exist"),
     "sublayer of itself": (
         {"s.usda": layered("./b.usda"), "b.usda": layered("./s.usda")},
@@ -103,6 +111,15 @@ def test_what_cannot_be_read_is_told(stage_of, tmp_path, case):
     assert message in remark.message
     assert str(tmp_path) not in remark.message
     assert "\n" not in remark.message
+
+
+@pytest.mark.parametrize("opening_sign", [b'"""', b"'''", b"@@@", b"/*"])
+def test_what_is_not_closed_is_scanned_once(opening_sign):
+    """Else a text of many such signs, behind a backslash each, would take the square of its length."""
+    text = b"{" + (opening_sign + b"x\n\\") * 3
+    if opening_sign in (b"@@@", b"/*"):
+        text = text.replace(b"\\" + opening_sign, b"\\x")
+    assert [match.span() for match in opening._TOKENS.finditer(text)] == [(0, 1), (1, len(text))]
 
 
 def test_a_circle_of_references_is_told_and_the_rest_is_read(stage_of, usda):
