@@ -119,17 +119,33 @@ def term(node: Any, name: str) -> Term:
 
 
 def resolved(document: mx.Document) -> mx.Document:
-    """A copy in which no node of a graph takes a value from the graph's interface."""
+    """A copy in which nodes of graphs have the values that the graph's interface has in the place of its names.
+
+    Names of what is connected to something else, or has no value, stay.
+    """
     copy = document.copy()
     copy.setDataLibrary(document.getDataLibrary())
     for graph in (child for child in copy.getChildren() if child.isA(mx.NodeGraph)):  # not the library's
         for node in graph.getNodes():
             for given in node.getInputs():
                 interface = given.getInterfaceInput()
-                if interface is not None:
-                    given.copyContentFrom(interface)
-                    given.removeAttribute("interfacename")
+                if interface is not None and interface.getValueString() and _source(interface) is None:
+                    _take_over(given, interface)
     return copy
+
+
+def _take_over(given: Any, interface: Any) -> None:
+    """Give an input what its interface has: a colour in its space, a file in that of the node which reads it.
+
+    Generators convert no unit on the way, so that none is taken over.
+    """
+    given.removeAttribute("interfacename")
+    given.setValueString(interface.getValueString())
+    kept = ("fileprefix",) if given.getType() == "filename" else ("colorspace",)
+    for name in kept:
+        given.removeAttribute(name)
+        if interface.hasAttribute(name):
+            given.setAttribute(name, interface.getAttribute(name))
 
 
 def scalar(node: Any, name: str) -> float:
@@ -154,6 +170,9 @@ def source(node: Any, name: str) -> tuple[Any, str] | None:
 
 
 def _source(given: Any) -> tuple[Any, str] | None:
+    interface = given.getInterfaceInput() if given.getInterfaceName() else None
+    if interface is not None:  # that of the graph, which is connected itself
+        return _source(interface)
     output = given.getConnectedOutput() if given.getNodeGraphString() or not given.getNodeName() else None
     if output is not None:
         node = output.getConnectedNode()
@@ -298,8 +317,8 @@ def _subtract(node: Any) -> Term:
 
 def _mix(node: Any) -> Term:
     amount = term(node, "mix")
-    if amount.value is not None and amount.value[0] in (0.0, 1.0):  # the other side may be anything
-        return term(node, "fg" if amount.value[0] else "bg")
+    if amount.value is not None and (np.all(amount.value == 0.0) or np.all(amount.value == 1.0)):
+        return term(node, "fg" if amount.value[0] else "bg")  # the other side may be anything
     return blended(term(node, "bg"), term(node, "fg"), amount)
 
 

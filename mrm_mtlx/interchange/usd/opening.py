@@ -28,8 +28,8 @@ MAXIMUM_LAYERS = 1024
 _TEXT, _CRATE, _PACKAGE = b"#usda", b"PXR-USDC", b"PK\x03\x04"
 _NAMES = {_TEXT: "USD text", _CRATE: "USD crate", _PACKAGE: "a package"}
 _CONTENT = {".usda": (_TEXT,), ".usdc": (_CRATE,), ".usd": (_TEXT, _CRATE), ".usdz": (_PACKAGE,)}
-# What opens and closes a prim, and what may contain such signs: strings, asset paths, paths, comments of all three kinds
-# that USD knows. What is not closed, which USD refuses, goes on to the end: nothing is scanned twice.
+# What opens and closes a prim, and what may contain such signs: strings, asset paths, paths, and comments of the three
+# kinds that USD knows. What is not closed, which USD refuses, goes on to the end: nothing is scanned twice.
 _TOKENS = re.compile(
     rb'"""(?:[^"\\]++|\\.|"(?!""))*+(?:"""|\\?\Z)'
     rb"|'''(?:[^'\\]++|\\.|'(?!''))*+(?:'''|\\?\Z)"

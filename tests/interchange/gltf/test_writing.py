@@ -359,6 +359,53 @@ def test_a_normal_map_in_a_graph_with_an_interface_is_written(images, imported, 
     assert data["materials"][0]["normalTexture"] == {"index": 0}
 
 
+# A graph whose one number comes through its interface, {given} there.
+THROUGH = (
+    '<nodegraph name="g"><input name="f" {given}/><multiply name="t" type="float">'
+    '<input name="in1" type="float" interfacename="f"/><input name="in2" type="float" value="1"/></multiply>'
+    '<output name="o" type="float" nodename="t"/></nodegraph>'
+)
+INTERFACES = {
+    "a node": ('<constant name="c" type="float"><input name="value" type="float" value="0.75"/></constant>', 0.75),
+    "one of several outputs": (
+        '<separate2 name="c" type="multioutput"><input name="in" type="vector2" value="0.1, 0.75"/></separate2>', 0.75,
+    ),
+    "a number": ("", 0.75),
+    "nothing": ("", 0.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", INTERFACES)
+def test_what_an_interface_is_connected_to_is_written(imported, written, name):
+    nodes, roughness = INTERFACES[name]
+    given = {"a number": 'value="0.75"', "nothing": ""}.get(name, 'nodename="c"')
+    given += ' output="outy"' if "several" in name else ""
+    graph = THROUGH.format(given=f'type="float" {given}')
+    of_graph = '<input name="roughness" type="float" nodegraph="g" output="o"/>'
+    source = imported(model(of_graph + number("metallic", 1.0), nodes + graph))
+    data, remarks = written(source)
+    assert remarks == []
+    assert data["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] == roughness
+
+
+@pytest.mark.parametrize(("outer", "inner"), [(SRGB, ""), ("", SRGB), (SRGB, ' colorspace="lin_rec709"')])
+def test_an_image_through_an_interface_has_the_colour_space_of_what_reads_it(
+    images, imported, written, tmp_path, surface_of, points, emitted, read, outer, inner
+):
+    graph = (
+        f'<nodegraph name="g"><input name="f" type="filename" value="a.png"{outer}/>'
+        f'<image name="n" type="color3"><input name="file" type="filename" interfacename="f"{inner}/>{CLOSEST}</image>'
+        '<output name="o" type="color3" nodename="n"/></nodegraph>'
+    )
+    source = imported(model('<input name="emissive" type="color3" nodegraph="g" output="o"/>', graph))
+    _, remarks = written(source)
+    assert remarks == []
+    at = points([[0.25, 0.25], [0.75, 0.75]])
+    before = emitted(surface_of(source), at)
+    # What is not sRGB is written in 16 bits.
+    np.testing.assert_allclose(emitted(surface_of(read(tmp_path / "out/model.gltf")), at), before, rtol=1e-3)
+
+
 def test_a_graph_that_uses_each_node_many_times_is_followed_once_per_node(images, imported, written):
     nodes = image("color3", "a.png", "").replace('"i"', '"c0"')
     for k in range(14):  # five million ways through it
