@@ -286,4 +286,7 @@ class _Writer:
         spaces = {reader.getActiveColorSpace() for reader in readers} - set(LINEAR_SPACES)
         if len(spaces) > 1 or (spaces and any(r.getActiveColorSpace() in LINEAR_SPACES for r in readers)):
             self._lose(given, "its image is read in several colour spaces; one of them is written")
-        return min(spaces, default=max((reader.getColorSpace() for reader in readers), default=""))
+        # Read back, what says nothing is in the document's space, whatever its graph was in.
+        is_said = self._document.getColorSpace() not in LINEAR_SPACES
+        linear = [reader.getActiveColorSpace() if is_said else reader.getColorSpace() for reader in readers]
+        return min(spaces, default=max(linear, default=""))

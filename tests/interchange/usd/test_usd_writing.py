@@ -95,6 +95,20 @@ def test_a_colour_has_its_space(surface_document, written, document_space, own_s
     assert attribute(written(document), "bsdf.inputs:color").GetColorSpace() == expected
 
 
+def test_a_linear_graph_stays_so_in_a_document_of_another_space(make_document, written, stage_of):
+    constant = '<constant name="c" type="color3"><input name="value" type="color3" value="0.5, 0.2, 0.1" /></constant>'
+    document = make_document(
+        f'<nodegraph name="g" colorspace="lin_rec709">{constant}<output name="o" type="color3" nodename="c" />'
+        + "</nodegraph>"
+        + LEAF.format('<input name="color" type="color3" nodegraph="g" output="o" />')
+        + '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf" /></surface>'
+        + USE,
+        attributes='colorspace="acescg"',
+    )
+    back = stage_of(written(document)).document
+    assert back.getDescendant("g/c/value").getActiveColorSpace() == "lin_rec709"
+
+
 def test_a_length_is_in_the_unit_that_its_definition_expects(surface_document, written):
     film = '<input name="thinfilm_thickness" type="float" value="0.5" unit="micron" unittype="distance" />'
     document = surface_document(f'<dielectric_bsdf name="bsdf" type="BSDF">{film}</dielectric_bsdf>')
