@@ -7,8 +7,8 @@ import math
 from collections import Counter
 from typing import Any
 
-# Digits of a whole number: what a double can hold has some 300, and Python refuses 4300.
-_LONGEST_NUMBER = 400
+# Digits of a whole number: any with as many is one that a double can hold, and so becomes no error later.
+_LONGEST_NUMBER = 308
 # Characters of a file's text that a message shows.
 _LONGEST = 80
 
@@ -77,7 +77,7 @@ def _constant(word: str) -> float:
 
 
 def _whole(word: str) -> int:
-    if len(word) > _LONGEST_NUMBER:
+    if len(word.removeprefix("-")) > _LONGEST_NUMBER:
         msg = f"a number has more than {_LONGEST_NUMBER} digits"
         raise ValueError(msg)
     return int(word)

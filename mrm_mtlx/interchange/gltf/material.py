@@ -66,7 +66,8 @@ class Material:
         self._set_thickness()
         self._set_anisotropy()
         if not self._opaque:
-            self.data["alphaMode"] = gltf.ALPHA_MODES[self._inputs["alpha_mode"]]
+            is_mask = self._inputs["alpha_mode"] == gltf.ALPHA_MODES.index("MASK")
+            self.data["alphaMode"] = "MASK" if is_mask else "BLEND"  # as gltf_pbr takes any other number
         self._settle()
 
     def _is_sayable(self, name: str, value: Any) -> bool:
@@ -139,7 +140,7 @@ class Material:
         self, wanted: dict[int, Channel | None], lookup: Lookup, path: gltf.Path, name: str
     ) -> dict[str, Any] | None:
         """The textureInfo of a slot, None if it cannot be made, which is a loss."""
-        stem = re.sub(r"[^A-Za-z0-9_]", "_", f"{self.data['name']}_{path[-1]}")
+        stem = re.sub(r"[^A-Za-z0-9_]", "_", f"{self.data['name'][:100]}_{path[-1]}")
         try:
             placed = transform(lookup.placement)
             image = self._images.slot(wanted, stem)

@@ -174,6 +174,16 @@ def _placement(linear: Array, moved: Array) -> Placement:
 
 
 def written(value: float) -> float:
-    """A number of a document, which is float32 there, with as few digits as say it; 0 without a sign."""
-    single = np.float32(value)
+    """A number of a document, which is float32 there, with as few digits as say it; 0 without a sign.
+
+    Raises
+    ------
+    InexpressibleError
+        If it is not finite there.
+    """
+    with np.errstate(over="ignore"):
+        single = np.float32(value)
+    if not np.isfinite(single):
+        msg = f"one of its numbers is {single}, which JSON has not"
+        raise InexpressibleError(msg)
     return 0.0 if abs(single) < _SMALLEST else float(str(single))

@@ -90,6 +90,8 @@ class _Material:
         document = imported.document
         given = str(self._material.get("name", "")) or f"material_{self._index}"
         name = re.sub(r"[^A-Za-z0-9_]", "_", given)[:100]
+        if name[0].isdigit():  # generated code has variables of this name
+            name = f"_{name}"
         if document.getChild(name) is not None:  # with its index, as counting up takes long for thousands of one name
             name = f"{name}_{self._index}"
         name = document.createValidChildName(name)

@@ -9,6 +9,7 @@ import struct
 
 import pytest
 
+from mrm_mtlx.interchange import json_text
 from mrm_mtlx.interchange.gltf import container, textures
 from mrm_mtlx.interchange.imported import UnreadableError
 
@@ -184,6 +185,7 @@ TEXTS = [
     ('{"asset": {"version": "2.0"}, "a": NaN}', INVALID, "", "NaN is no JSON number"),
     ('{"asset": {"version": "2.0"}, "a": 1e999}', INVALID, "", "too large"),
     ('{"asset": {"version": "2.0"}, "a": ' + "1" * 5000 + "}", INVALID, "", "digits"),
+    ('{"asset": {"version": "2.0"}, "a": -' + "1" * 309 + "}", INVALID, "", "digits"),  # more than a double holds
     (nested(100_000), "READ_TOO_DEEP", "", "nested"),
     ("{}", INVALID, "/asset/version", "'2.0', got nothing"),
     ('{"asset": {"version": "1.0"}}', INVALID, "/asset/version", "got '1.0'"),
@@ -235,6 +237,13 @@ def test_a_broken_glb_is_refused_with_the_reason(tmp_path, read, content, words)
         read(path)
     assert caught.value.remark.code == INVALID
     assert words in caught.value.remark.message
+
+
+def test_the_largest_whole_numbers_are_read(write_asset, read):
+    largest = int("9" * json_text._LONGEST_NUMBER)
+    extensions = {"KHR_materials_ior": {"ior": largest}, **retro(retroreflectionFactor=1)["extensions"]}
+    path = write_asset(materials=[{"alphaMode": "MASK", "alphaCutoff": largest, "extensions": extensions}])
+    assert len(read(path).document.getMaterialNodes()) == 1
 
 
 def test_large_files_are_refused_unread(tmp_path, read):

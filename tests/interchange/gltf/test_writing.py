@@ -525,6 +525,34 @@ def test_what_gltf_cannot_say_is_said_and_the_rest_is_written(images, imported, 
     assert data["materials"][0]["extensions"]["KHR_materials_volume"] == {"thicknessFactor": 0.5}
 
 
+@pytest.mark.parametrize(("number_of", "mode"), [(0, None), (1, "MASK"), (2, "BLEND"), (7, "BLEND"), (-1, "BLEND")])
+def test_an_alpha_mode_is_what_the_graph_of_gltf_pbr_makes_of_its_number(imported, written, number_of, mode):
+    given = f'<input name="alpha_mode" type="integer" value="{number_of}"/>' + number("alpha", 0.25)
+    data, remarks = written(imported(model(given + number("alpha_cutoff", 0.5))))
+    assert data["materials"][0].get("alphaMode") == mode
+    assert remarks == []
+
+
+HUGE = color("emissive", 3e38, 1, 1) + number("emissive_strength", 1e10)
+DIVIDED = f'<divide name="d" type="float">{number("in1", 0.5)}{number("in2", 0.0)}</divide>'
+
+
+@pytest.mark.parametrize("parts", [(HUGE,), (connected("roughness", "float", "d"), DIVIDED)], ids=["huge", "infinite"])
+def test_a_number_that_is_not_finite_leaves_the_material_out(imported, written, tmp_path, parts):
+    with pytest.raises(NothingToWriteError) as caught:
+        written(imported(model(*parts)))
+    assert "one of its numbers is inf" in caught.value.remarks[0].message
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_made_image_of_a_material_with_a_long_name_has_a_shorter_one(images, imported, written):
+    nodes, inputs = TEXTURED["numbers of two images in one texture"]
+    elements = model(inputs, nodes).replace('name="m"', f'name="{"m" * 500}"')
+    data, remarks = written(imported(elements))
+    assert remarks == []
+    assert data["images"][0]["name"] == "m" * 100 + "_metallicRoughnessTexture.png"
+
+
 def test_emission_beyond_one_is_a_matter_of_its_strength(imported, written):
     data, remarks = written(imported(model(color("emissive", 4.0, 2.0, 1.0) + number("emissive_strength", 3.0))))
     assert remarks == []
