@@ -79,7 +79,7 @@ def print_findings(findings: list[Finding]) -> None:
     for found in findings:
         place = f" {found.location}" if found.location else ""
         typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
-        typer.echo(f"    {found.hint}", err=True)
+        typer.echo(printable(f"    {found.hint}"), err=True)
 
 
 def _scratch() -> Path:
@@ -124,6 +124,6 @@ def open_surfaces(path: Path, element: str | None) -> list[OpenSurface]:
         try:
             found.append(OpenSurface(name, Surface(renderable, images=images), images))
         except (UnsupportedError, RecursionError) as error:
-            typer.echo(f"mrm: /{name} has no reference: {error}", err=True)
+            typer.echo(printable(f"mrm: /{name} has no reference: {error}"), err=True)
             raise typer.Exit(3) from error
     return found

@@ -114,7 +114,7 @@ def _print_document(screen: Console, document: DocumentResult) -> None:
         line = Text.assemble("  ", (found.severity.value, colours[found.severity.value]), place)
         screen.print(line)
         screen.print(f"      {printable(found.message)}", markup=False)
-        screen.print(f"      {found.hint}", markup=False, style="dim")
+        screen.print(f"      {printable(found.hint)}", markup=False, style="dim")
     if document.renderables:
         table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), header_style="dim")
         table.add_column("  surface", no_wrap=True)

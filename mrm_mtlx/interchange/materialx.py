@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import MaterialX as mx
 
 from mrm_mtlx.interchange.files import name_beside
+from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.library.files import replacing
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
-    from mrm_mtlx.interchange.imported import Imported, Remark
+    from mrm_mtlx.interchange.imported import Imported
     from mrm_mtlx.library import DataLibrary
+
+# What texts of other formats may hold, and XML 1.0 may not (section 2.2), not even as a reference.
+_CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
 def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
@@ -29,6 +35,17 @@ def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
         element.removeAttribute("fileprefix")
     for element, name in names:
         element.setValueString(name_beside(name, source, path))
+    lost = [remark for element in document.traverseTree() for remark in _without_controls(element)]
     with replacing(path) as unfinished:
         unfinished.write_text(mx.writeToXmlString(document), encoding="utf-8")
-    return []
+    return lost
+
+
+def _without_controls(element: mx.Element) -> Iterator[Remark]:
+    """Leave out what XML cannot hold of an element's attributes, and say so of each."""
+    for name in element.getAttributeNames():
+        text = element.getAttribute(name)
+        if _CONTROLS.search(text):
+            element.setAttribute(name, _CONTROLS.sub("", text))
+            message = f"its {name} has control characters, which XML cannot hold; they are left out"
+            yield Remark("INTERCHANGE_LOST", f"/{element.getNamePath()}", message)

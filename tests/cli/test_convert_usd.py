@@ -87,6 +87,50 @@ def test_what_is_lost_is_told_and_the_rest_is_written(here):
     assert last == "wrote look.usda"
 
 
+CONTROLS = """#usda 1.0
+(
+    defaultPrim = "M"
+    metersPerUnit = 1
+    upAxis = "Y"
+)
+def Material "M" (
+    doc = "a\\x01\\x1b[31mb"
+)
+{
+    token outputs:mtlx:surface.connect = </M/s.outputs:out>
+    def Shader "s"
+    {
+        uniform token info:id = "ND_surface"
+        token outputs:out
+    }
+}
+"""
+
+
+def test_control_characters_of_a_stage_reach_no_document(here):
+    Path("a.usda").write_text(CONTROLS, encoding="utf-8")
+    done = here("convert", "a.usda", "b.mtlx")
+    assert done.exit_code == 0
+    assert done.stderr.startswith("warning INTERCHANGE_LOST /M: its doc has control characters")
+    assert 'doc="a[31mb"' in Path("b.mtlx").read_text(encoding="utf-8")
+    assert here("convert", "b.mtlx", "c.usda").exit_code == 0
+
+
+def test_control_characters_of_a_document_do_not_reach_the_terminal(here):
+    """U+009B is one that XML may hold, and begins a command to some terminals."""
+    declared = '<input name="a\u009bx" type="float" value="0" /><output name="out" type="float" />'
+    node = '<own name="o" type="float"><input name="z" type="float" value="1" /></own>'
+    Path("own.mtlx").write_text(
+        f'<materialx version="1.39"><nodedef name="ND_o" node="own">{declared}</nodedef>{node}</materialx>',
+        encoding="utf-8",
+    )
+    for command in (("convert", "own.mtlx", "own.usda"), ("validate", "own.mtlx", "-j", "1", "--target", "mdl")):
+        done = here(*command)
+        assert done.exit_code == 1
+        assert "Its inputs are a x." in done.output
+        assert "\u009b" not in done.output
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "message"),
     [
