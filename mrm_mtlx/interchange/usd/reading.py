@@ -14,6 +14,7 @@ from mrm_mtlx.interchange.usd.opening import open_stage, said
 from mrm_mtlx.interchange.usd.prims import terminals
 from mrm_mtlx.interchange.usd.validators import validator_remarks
 from mrm_mtlx.interchange.usd.values import color_space
+from mrm_mtlx.library.console import silenced
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,8 +42,10 @@ def _read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Import
     assets = Assets(path, root, scratch)
     translation = Translation(_document(stage, library), library, assets.name)
     known = _translate_all(stage, translation)
-    _translate_variants(stage, translation, known)
-    remarks += _circles(stage) + translation.remarks + assets.remarks
+    remarks += _circles(stage)
+    with silenced():  # USD prints what it cannot compose, which is said here
+        _translate_variants(stage, translation, known)
+    remarks += translation.remarks + assets.remarks
     remarks += validator_remarks(stage, library, assets.seen)
     return Imported(
         translation.document,
@@ -94,7 +97,7 @@ def _translate_all(stage: Usd.Stage, translation: Translation) -> dict[Sdf.Path,
 def _translate_variants(stage: Usd.Stage, translation: Translation, known: dict[Sdf.Path, str]) -> None:
     """Translate what each variant makes that is not there without it, one variant at a time."""
     stage.SetEditTarget(stage.GetSessionLayer())
-    count = 0
+    count, before = 0, {str(error.rootSite.path) for error in stage.GetCompositionErrors()}
     for path in _prims_with_variants(stage):
         prim = stage.GetPrimAtPath(path)
         sets = prim.GetVariantSets()
@@ -111,6 +114,7 @@ def _translate_variants(stage: Usd.Stage, translation: Translation, known: dict[
                     return
                 variants.SetVariantSelection(variant)
                 _translate_changed(stage, path, f"{{{name}={variant}}}", translation, known)
+                translation.remarks += _only_there(stage, f"{path}{{{name}={variant}}}", before)
                 variants.ClearVariantSelection()
 
 
@@ -150,7 +154,22 @@ def _made_of(material: UsdShade.Material, translation: Translation) -> str:
     return str(mx.writeToXmlString(document)) + repr(alone.remarks)
 
 
+def _only_there(stage: Usd.Stage, variant: str, before: set[str]) -> list[Remark]:
+    """What USD cannot compose of a variant that is selected; `before` are the prims of which that is so without it.
+
+    Its validators, which say the like of the stage as it is, do not see other variants.
+    """
+    errors: list[Any] = [error for error in stage.GetCompositionErrors() if str(error.rootSite.path) not in before]
+    codes = ["READ_INCLUDE" if _is_circle(error) else "USD_VALIDATOR" for error in errors]
+    found = zip(codes, errors, strict=True)
+    return [Remark(code, variant, f"{error.rootSite.path}: {said(error)}") for code, error in found]
+
+
 def _circles(stage: Usd.Stage) -> list[Remark]:
     """Prims that refer to themselves, which USD leaves out."""
-    errors: list[Any] = [error for error in stage.GetCompositionErrors() if type(error).__name__ == "ErrorArcCycle"]
+    errors: list[Any] = [error for error in stage.GetCompositionErrors() if _is_circle(error)]
     return [Remark("READ_INCLUDE", str(error.rootSite.path), said(error)) for error in errors]
+
+
+def _is_circle(error: object) -> bool:
+    return type(error).__name__ == "ErrorArcCycle"

@@ -348,6 +348,20 @@ def test_a_variant_above_a_material_counts_and_their_number_is_bounded(stage_of,
     assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/X")
 
 
+def test_what_cannot_be_composed_of_a_variant_is_told_and_not_printed(stage_of, capfd):
+    broken = "".join(
+        f' def "{name}" (\n references = <{to}>\n ) {{\n }}\n' for name, to in (("Y", "/X/Y"), ("Z", "/no"))
+    )
+    variants = f'variantSet "v" = {{\n "a" {{\n }}\n "b" {{\n{broken} }}\n "c" {{\n }}\n }}\n'
+    prims = 'def "X" (\n variants = {\n string v = "a"\n }\n prepend variantSets = "v"\n) {\n' + variants + "}\n"
+    remarks = stage_of('def "M" {\n}\n' + prims).remarks
+    assert sorted((r.code, r.place, r.message.split(":")[0]) for r in remarks) == [
+        ("READ_INCLUDE", "/X{v=b}", "/X/Y"),
+        ("USD_VALIDATOR", "/X{v=b}", "/X/Z"),
+    ]
+    assert capfd.readouterr() == ("", "")
+
+
 def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, monkeypatch):
     asset = ABOVE.format(material=MATERIAL.format(**BARE).replace("</M/", "</X/M/"))
     prims = asset + "".join(f'def "i{k}" (\n references = </X>\n)\n{{\n}}\n' for k in range(5))
