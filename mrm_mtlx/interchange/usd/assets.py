@@ -83,7 +83,8 @@ def _unpack(path: Path, folder: Path) -> None:
                     with package.open(entry) as stream:
                         target.write_bytes(stream.read(entry.file_size))
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
-        raise UnreadableError(Remark("READ_FORMAT", "", f"the package cannot be unpacked: {error}")) from error
+        reason = error.strerror if isinstance(error, OSError) else error  # whose text names a folder of this machine
+        raise UnreadableError(Remark("READ_FORMAT", "", f"the package cannot be unpacked: {reason}")) from error
 
 
 _LAYERS = (".usd", ".usda", ".usdc", ".usdz")

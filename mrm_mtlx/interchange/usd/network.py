@@ -34,6 +34,10 @@ class Translation:
         Function from an attribute of type asset to the file's name in the document.
     places, remarks
         See `Imported`.
+    last
+        By an element's path and a name: the last that was made of the name for a child.
+    definitions
+        By category, type and inputs of a node: the definition that it gets.
     """
 
     document: mx.Document
@@ -41,6 +45,8 @@ class Translation:
     file_name: Callable[[Usd.Attribute], str]
     places: dict[str, str] = field(default_factory=dict)
     remarks: list[Remark] = field(default_factory=list)
+    last: dict[tuple[str, str], str] = field(default_factory=dict)
+    definitions: dict[tuple[str, str, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
 
 
 class _Source(NamedTuple):
@@ -117,8 +123,11 @@ class Network:
         self._into.remarks.append(Remark(code, self._place(path), message, hint))
 
     def _free(self, name: str, parent: Any = None) -> str:
-        """A name that no element has yet."""
-        return str((parent or self._document).createValidChildName(name))
+        """A name that no element has yet. Of thousands of one name, counting goes on where it was."""
+        parent = parent or self._document
+        key = (str(parent.getNamePath()), name)
+        found = self._into.last[key] = str(parent.createValidChildName(self._into.last.get(key, name)))
+        return found
 
     def _home(self, prim: Usd.Prim) -> Sdf.Path | None:
         """The graph in which a shader stands in the document, None for the document itself."""
@@ -171,9 +180,17 @@ class Network:
                 self._remark("DOC_INPUT_TYPE", attribute.GetPath(), message)
                 continue
             self._input(node, attribute, name, kind, home)
-        found = node.getNodeDef()
-        if found is None or found.getName() != definition.getName():
+        if self._definition_without_name(node) != definition.getName():
             node.setNodeDefString(definition.getName())
+
+    def _definition_without_name(self, node: Any) -> str:
+        """The definition that a node gets by its inputs, "" for none; the search reads the whole document anew."""
+        inputs = tuple((str(given.getName()), str(given.getType())) for given in node.getInputs())
+        key = (str(node.getCategory()), str(node.getType()), inputs)
+        if key not in self._into.definitions:
+            found = node.getNodeDef()
+            self._into.definitions[key] = "" if found is None else str(found.getName())
+        return self._into.definitions[key]
 
     def _unknown_input(self, attribute: Usd.Attribute, name: str, node: Any, definition: Any) -> None:
         inputs = [str(declared.getName()) for declared in definition.getActiveInputs()]

@@ -162,10 +162,12 @@ def test_graphs_within_graphs_are_dissolved(stage_of):
 
 
 def test_a_definition_is_named_only_where_another_would_be_found(material):
-    other = 'def Shader "m" {\n uniform token info:id = "ND_multiply_color3FA"\n }'
+    other = 'def Shader "{}" {{\n uniform token info:id = "ND_multiply_color3FA"\n {}\n }}\n'
+    other = other.format("m", "") + other.format("n", "float inputs:in2 = 0.5")
     read = material(more=other)
-    # Without inputs, ND_multiply_color3 fits as well, and comes first.
+    # Without inputs, ND_multiply_color3 fits as well, and comes first; with a number for in2, it does not.
     assert read.document.getNode("m").getNodeDefString() == "ND_multiply_color3FA"
+    assert read.document.getNode("n").getNodeDefString() == ""
     assert [read.document.getNode(name).getNodeDefString() for name in ("s", "c")] == ["", ""]
 
 
@@ -379,6 +381,14 @@ def test_what_instances_share_is_read_once_at_the_first(stage_of):
     assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/i0/M"]
     assert value(read, "s", "bsdf")[0] == "BSDF"
     assert read.places["c"] == "/i0/M/c"
+
+
+def test_shaders_of_one_name_are_counted_on_from_the_last(stage_of):
+    prims = "".join(MATERIAL.format(**BARE).replace('"M"', f'"M{k}"').replace("</M/", f"</M{k}/") for k in range(12))
+    read = stage_of(prims)
+    nodes = [node.getName() for node in read.document.getNodes("surface")]
+    assert nodes == ["s", *(f"s{k}" for k in range(2, 13))]
+    assert read.places["s12"] == "/M11/s"
 
 
 def test_a_default_colour_space_of_the_layer_counts(usda, stage_of):
