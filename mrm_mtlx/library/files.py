@@ -20,6 +20,7 @@ def resolve_inside(name: str, folder: Path, root: Path) -> Path | None:
     """The file that `name` means in `folder`, links followed; None if it lies outside `root` or nowhere."""
     try:
         target = (folder / name).resolve()
+        target.exists()  # raises OSError of a name that is too long, as whatever asks for the file later would
     except (OSError, RuntimeError, ValueError):  # a link that leads to itself, a name with a zero byte
         return None
     return target if target.is_relative_to(root.resolve()) else None

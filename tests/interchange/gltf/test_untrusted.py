@@ -93,6 +93,7 @@ TEXTURES = [
     ({"images": [{"uri": "%2e%2e/outside.png"}]}, OUTSIDE, "/images/0/uri", "leads out"),
     ({"images": [{"uri": "..%2Foutside.png"}]}, OUTSIDE, "/images/0/uri", "leads out"),
     ({"images": [{"uri": "a%00.png"}]}, OUTSIDE, "/images/0/uri", "leads out"),
+    ({"images": [{"uri": "x" * 3000}]}, OUTSIDE, "/images/0/uri", "leads out"),
     ({"images": [{"uri": "link.png"}]}, OUTSIDE, "/images/0/uri", "leads out"),
     ({"images": [{"uri": "loop.png"}]}, OUTSIDE, "/images/0/uri", "leads out"),
     ({"images": [{"uri": "pipe.png"}]}, MISSING, "/images/0/uri", "no file 'pipe.png'"),

@@ -208,9 +208,7 @@ def test_a_package_is_unpacked_within_bounds(stage_of, tmp_path, monkeypatch):
                 stage_of(path)
 
 
-@pytest.mark.parametrize(
-    ("names", "reason"), [(["."], "Is a directory"), (["a", "a/b"], "File exists"), (["x" * 300], "File name too long")]
-)
+@pytest.mark.parametrize(("names", "reason"), [(["."], "Is a directory"), (["a", "a/b"], "File exists")])
 def test_a_package_with_names_that_no_folder_holds_is_refused_without_a_path(stage_of, tmp_path, names, reason):
     path = package(tmp_path / "p.usdz", **{"s.usda": EMPTY}, **dict.fromkeys(names, b"x"))
     with pytest.raises(UnreadableError) as caught:

@@ -253,6 +253,10 @@ FOUND = {
         {"more": IMAGE.format("asset inputs:file = @../gone.png@")},
         ("READ_OUTSIDE", "/M/i.inputs:file", "outside the folder"),
     ),
+    "image whose name no folder holds": (
+        {"more": IMAGE.format(f"asset inputs:file = @./{'x' * 3000}.png@")},
+        ("READ_OUTSIDE", "/M/i.inputs:file", "outside the folder"),
+    ),
     "no such output": (
         {"surface": "float inputs:opacity.connect = </M/p.outputs:outq>",
          "more": 'def Shader "p" {\n uniform token info:id = "ND_separate2_vector2"\n float outputs:outq\n }'},
