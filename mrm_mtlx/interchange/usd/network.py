@@ -248,7 +248,13 @@ class Network:
             return None
         if kind == "filename":
             return self._into.file_name(attribute) or None
-        return to_text(value)
+        try:
+            return to_text(value)
+        except TypeError:  # USD's text may hold a path or a dictionary whatever the type is
+            self._remark(
+                "DOC_INPUT_VALUE", attribute.GetPath(), f"its value is no {kind}, but a {type(value).__name__}"
+            )
+            return None
 
     def _connect(self, given: Any, source: _Source, kind: str) -> None:
         """Connect an input or output of the document."""

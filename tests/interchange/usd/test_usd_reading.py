@@ -216,6 +216,10 @@ WRONG = {
         {"surface": "float inputs:opacity.timeSamples = {0: 0.5, 1: 0.75}"},
         ("INTERCHANGE_LOST", "/M/s.inputs:opacity", "animated"),
     ),
+    "path for a number": (
+        {"surface": "float inputs:opacity = </M/s>"},
+        ("DOC_INPUT_VALUE", "/M/s.inputs:opacity", "no float, but a Path"),
+    ),
     "shader without an id": (
         {"identifier": ""},
         ("DOC_UNKNOWN_NODE", "/M/c", "no info:id"),
