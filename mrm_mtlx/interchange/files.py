@@ -8,7 +8,7 @@ import re
 import shutil
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.library.files import resolve_inside
+from mrm_mtlx.library.files import replacing, resolve_inside
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 def name_beside(name: str, source: Imported, path: Path) -> str:
     """A file's name as seen from the folder of `path`, "/" between folders.
 
-    What was inside of the source, as in a package, is copied into a folder beside `path` that has its stem as name.
-    A name of several files, with "<UDIM>" or the like in it, stays one.
+    What lies elsewhere than in or below that folder, or was inside of the source, as in a package, is copied into a
+    folder beside `path` that has its stem as name: a file that was written can be moved and checked with all that it
+    names. A name of several files, with "<UDIM>" or the like in it, stays one.
 
     Raises
     ------
@@ -30,12 +31,15 @@ def name_beside(name: str, source: Imported, path: Path) -> str:
     target = resolve_inside(name, source.folder, source.root)
     if target is None:  # a checked document has none
         return name
-    if source.packed:
+    folder = path.parent.resolve()
+    pattern = re.sub(r"<[^>]*>", "*", glob.escape(target.name))
+    found = sorted(target.parent.glob(pattern))
+    if found and (source.packed or not target.is_relative_to(folder)):
         inner = target.relative_to(source.root.resolve())
-        pattern = re.sub(r"<[^>]*>", "*", glob.escape(target.name))
-        for file in sorted(target.parent.glob(pattern)):
-            copy = path.parent / path.stem / inner.with_name(file.name)
+        for file in found:
+            copy = folder / path.stem / inner.with_name(file.name)
             copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(file, copy)
-        target = path.parent.resolve() / path.stem / inner
-    return os.path.relpath(target, path.parent.resolve()).replace(os.sep, "/")
+            with replacing(copy) as unfinished:
+                shutil.copyfile(file, unfinished)
+        target = folder / path.stem / inner
+    return os.path.relpath(target, folder).replace(os.sep, "/")

@@ -72,8 +72,14 @@ def test_images_of_a_package_are_copied_beside_the_document(here, tmp_path):
     )
     assert here("convert", "t.mtlx", "t.usdz").exit_code == 0
     assert here("convert", "t.usdz", "u.mtlx").stderr == "wrote u.mtlx\n"
-    assert 'value="u/0/a.png"' in Path("u.mtlx").read_text(encoding="utf-8")
-    assert Path("u/0/a.png").read_bytes() == Path("tex/a.png").read_bytes()
+    assert 'value="u/t/tex/a.png"' in Path("u.mtlx").read_text(encoding="utf-8")
+    assert Path("u/t/tex/a.png").read_bytes() == Path("tex/a.png").read_bytes()
+    # And those of a document beside a stage in another folder, which is checked without the first.
+    (tmp_path / "other").mkdir()
+    assert here("convert", "t.mtlx", "other/x.usda").exit_code == 0
+    checked = here("validate", "other/x.usda", "--target", "vulkan", "-j", "1")
+    assert "READ_OUTSIDE" not in checked.stdout
+    assert Path("other/x/tex/a.png").read_bytes() == Path("tex/a.png").read_bytes()
 
 
 def test_what_is_lost_is_told_and_the_rest_is_written(here):

@@ -124,9 +124,12 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
     )
     document = surface_document(image + LEAF.format('<input name="color" type="color3" nodename="i" />'))
     source = Imported(document, folder=tmp_path / "documents", root=tmp_path)
-    for name, expected in (("stages/a.usda", "../documents/tex/a.ppm"), ("documents/a.usda", "./tex/a.ppm")):
+    # What lies elsewhere is copied, so that the stage's folder has all that it names.
+    for name, expected in (("stages/a.usda", "./a/documents/tex/a.ppm"), ("documents/a.usda", "./tex/a.ppm")):
         assert usd.write(source, tmp_path / name, library) == []
         assert attribute(tmp_path / name, "i.inputs:file").Get().path == expected
+        assert (tmp_path / name).parent.joinpath(expected).read_bytes()[-3:] == b"\x80\x40\x20"
+    assert not (tmp_path / "documents" / "a").exists()
     assert usd.write(source, tmp_path / "a.usdz", library) == []
     with zipfile.ZipFile(tmp_path / "a.usdz") as package:
         (layer, picture) = package.infolist()
