@@ -82,6 +82,15 @@ def test_images_of_a_package_are_copied_beside_the_document(here, tmp_path):
     assert Path("other/x/tex/a.png").read_bytes() == Path("tex/a.png").read_bytes()
 
 
+def test_what_usd_thinks_of_a_stage_is_told_by_validate_alone(here):
+    assert here("convert", PLATE, "plate.usda").exit_code == 0
+    text = Path("plate.usda").read_text(encoding="utf-8")
+    Path("bare.usda").write_text(text.replace('    defaultPrim = "Materials"\n', ""), encoding="utf-8")
+    assert "USD_VALIDATOR" in here("validate", "bare.usda", "--target", "vulkan", "-j", "1").stdout
+    done = here("convert", "bare.usda", "back.mtlx")
+    assert (done.exit_code, done.stderr) == (0, "wrote back.mtlx\n")
+
+
 def test_what_is_lost_is_told_and_the_rest_is_written(here):
     text = PLATE.read_text(encoding="utf-8").replace("</materialx>", '<look name="looks" /></materialx>')
     Path("look.mtlx").write_text(text, encoding="utf-8")

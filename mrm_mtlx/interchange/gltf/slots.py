@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported
 
 _ALPHA = 3
+# Of an image that is looked into, which takes 50 bytes for each: 8192 x 8192.
+MAXIMUM_PIXELS = 1 << 26
 
 
 class Channel(NamedTuple):
@@ -98,6 +100,9 @@ class Images:
         pixels = self.pixels(name)
         if pixels is None:
             msg = f"the image {name} cannot be read"
+            raise InexpressibleError(msg)
+        if pixels.shape[0] * pixels.shape[1] > MAXIMUM_PIXELS:
+            msg = f"the image {name} has {pixels.shape[1]} x {pixels.shape[0]} pixels, more than are converted"
             raise InexpressibleError(msg)
         return as_read(pixels, 4)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.interchange import gltf
-from mrm_mtlx.interchange.gltf import closures, comparison, schema
+from mrm_mtlx.interchange.gltf import closures, comparison, schema, slots
 from mrm_mtlx.interchange.gltf.container import open_container
 from mrm_mtlx.interchange.imported import Imported, NothingToWriteError
 
@@ -523,6 +523,15 @@ def test_what_gltf_cannot_say_is_said_and_the_rest_is_written(images, imported, 
     assert (first.code, first.place) == ("INTERCHANGE_LOST", place)
     assert words in first.message
     assert data["materials"][0]["extensions"]["KHR_materials_volume"] == {"thicknessFactor": 0.5}
+
+
+def test_an_image_of_more_pixels_than_are_looked_into_is_said(images, imported, written, monkeypatch):
+    monkeypatch.setattr(slots, "MAXIMUM_PIXELS", 3)
+    nodes, inputs = image("float", "b.png", ""), connected("metallic", "float")
+    _, remarks = written(imported(model(inputs, nodes)))
+    assert (remarks[0].code, remarks[0].place) == ("INTERCHANGE_LOST", "/m/metallic")
+    assert "b.png has" in remarks[0].message
+    assert "more than are converted" in remarks[0].message
 
 
 @pytest.mark.parametrize(("number_of", "mode"), [(0, None), (1, "MASK"), (2, "BLEND"), (7, "BLEND"), (-1, "BLEND")])
