@@ -4,8 +4,8 @@
 * `properties`: which property of glTF is which input of gltf_pbr, for both directions.
 * `reading`, over `textures` and `graph`: an asset as a document.
 * `writing`: a document as an asset. `inputs` has a surface as inputs of gltf_pbr, over `closures` and `models`; each is
-  one of `terms`, its image lies by `placement`; `material` and `slots` make factors and textures of them, `asset` the
-  files, and `comparison` says how far they are from the document.
+  one of `terms`, whose nodes are found by `interfaces` and whose image lies by `placement`; `material` and `slots` make
+  factors and textures of them, `asset` the files, and `comparison` says how far they are from the document.
 """
 
 from mrm_mtlx.interchange.gltf.reading import read

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.interchange.gltf.interfaces import source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
-from mrm_mtlx.interchange.gltf.terms import Term, blended, scalar, source, term
+from mrm_mtlx.interchange.gltf.terms import Term, blended, scalar, term
 from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:
@@ -263,10 +264,7 @@ def _same(value: Term, number: float) -> bool:
 def _equal(first: Any, second: Any) -> bool:
     if not isinstance(first, Term) or not isinstance(second, Term):
         return bool(first == second)
-    if (first.lookup, first.channels if first.lookup else ()) != (
-        second.lookup,
-        second.channels if second.lookup else (),
-    ):
+    if first.lookup != second.lookup or (first.lookup is not None and first.channels != second.channels):
         return False
     return np.array_equal(first.offset, second.offset) and np.array_equal(first.scale, second.scale)
 

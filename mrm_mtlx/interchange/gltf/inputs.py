@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from mrm_mtlx.interchange.gltf.closures import surface
+from mrm_mtlx.interchange.gltf.interfaces import source
 from mrm_mtlx.interchange.gltf.models import model
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.properties import NORMALS
-from mrm_mtlx.interchange.gltf.terms import scalar, source, term
+from mrm_mtlx.interchange.gltf.terms import scalar, term
 
 # Inputs of gltf_pbr without a form in glTF.
 NO_FORM = ("tangent",)

@@ -9,10 +9,11 @@ import numpy as np
 
 from mrm_mtlx.interchange.gltf import properties as gltf
 from mrm_mtlx.interchange.gltf.inputs import NO_FORM, inputs_of
+from mrm_mtlx.interchange.gltf.interfaces import source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Transform, transform, written
 from mrm_mtlx.interchange.gltf.schema import problems
 from mrm_mtlx.interchange.gltf.slots import Channel
-from mrm_mtlx.interchange.gltf.terms import Lookup, Term, look_up, scalar, source, term
+from mrm_mtlx.interchange.gltf.terms import Lookup, Term, look_up, scalar, term
 from mrm_mtlx.reference import constant_input
 from mrm_mtlx.reference.graph import shader_node
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from mrm_mtlx.interchange.gltf.asset import Asset
     from mrm_mtlx.interchange.gltf.slots import Images
 
-_BY_INPUT = {prop.input: prop for prop in gltf.PROPERTIES}
 _WRAPS = {name: number for number, name in gltf.WRAPS.items()}
 # Always written, though they may be glTF's defaults: what a material is at first sight.
 _PLAIN = ("base_color", "metallic", "roughness")
@@ -33,7 +33,7 @@ _WEIGHTS = {
 
 
 class Material:
-    """A material of an asset, made of a renderable element, see `terms.resolved`.
+    """A material of an asset, made of a renderable element, see `interfaces.resolved`.
 
     Raises
     ------
@@ -185,9 +185,7 @@ class Material:
         node = self._document.getDescendant(self._inputs[name])
         try:
             if node.getCategory() == "gltf_normalmap":
-                file = node.getInput("file")
-                lookup = look_up(node, "" if file is None else file.getResolvedValueString(), encoded=False)
-                value, scale = Term(np.zeros(3), np.ones(3), lookup, (0, 1, 2)), 1.0
+                value, scale = Term(np.zeros(3), np.ones(3), look_up(node), (0, 1, 2)), 1.0
             elif node.getCategory() == "normalmap":
                 value, scale = term(node, "in"), _scale_of(node)
             else:
@@ -251,9 +249,8 @@ class Material:
                 self._lost(f"anisotropy_{name}", "it is neither a number nor an output of gltf_anisotropy_image")
 
     def _set_anisotropy_image(self, node: Any) -> None:
-        file = node.getInput("file")
         try:
-            lookup = look_up(node, "" if file is None else file.getResolvedValueString(), encoded=False)
+            lookup = look_up(node)
             numbers = [scalar(node, name) for name in ("anisotropy_strength", "anisotropy_rotation")]
         except InexpressibleError as error:
             self._lost("anisotropy_strength", str(error))

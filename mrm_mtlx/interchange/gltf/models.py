@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.interchange.gltf.interfaces import source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
-from mrm_mtlx.interchange.gltf.terms import Term, scalar, source, term
+from mrm_mtlx.interchange.gltf.terms import Term, scalar, term
 
 if TYPE_CHECKING:
     import MaterialX as mx

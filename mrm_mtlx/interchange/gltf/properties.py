@@ -1,7 +1,7 @@
 """Which property of a glTF material is which input of gltf_pbr: one table for both directions.
 
 Most are a factor times a texture's channels. The rest (normals, occlusion, iridescence's thickness, anisotropy, alpha's
-mode) have a function of their own in `reading` and in `writing`.
+mode) have a function of their own in `reading` and in `material`.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import MaterialX as mx
 import numpy as np
 
+from mrm_mtlx.interchange.gltf.interfaces import file_of, source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Placement, placed_by, through
 from mrm_mtlx.interchange.gltf.properties import ENCODED
 from mrm_mtlx.reference import constant_input
@@ -74,7 +74,7 @@ class Term:
 
     def __add__(self, number: Array | float) -> Term:
         wide = self._wide(number)
-        return replace(wide, offset=wide.offset + number, scale=wide.scale)
+        return replace(wide, offset=wide.offset + number)
 
     def select(self, components: tuple[int, ...]) -> Term:
         """Some of the components."""
@@ -94,7 +94,7 @@ class Term:
 def term(node: Any, name: str) -> Term:
     """What a node's input is.
 
-    `node` stands in a document whose data library is set; interfaces of graphs are resolved, see `resolved`.
+    `node` stands in a document whose data library is set; interfaces of graphs are resolved, see `interfaces`.
 
     Raises
     ------
@@ -110,42 +110,11 @@ def term(node: Any, name: str) -> Term:
     value = constant_input(node, name)
     if isinstance(value, np.ndarray):
         return Term.constant(value)
-    given = node.getInput(name)
-    upstream = None if given is None else _source(given)
+    upstream = source(node, name)
     if upstream is None:
         msg = "its value depends on the geometry"
         raise InexpressibleError(msg)
     return _of_node(*upstream)
-
-
-def resolved(document: mx.Document) -> mx.Document:
-    """A copy in which nodes of graphs have the values that the graph's interface has in the place of its names.
-
-    Names of what is connected to something else, or has no value, stay.
-    """
-    copy = document.copy()
-    copy.setDataLibrary(document.getDataLibrary())
-    for graph in (child for child in copy.getChildren() if child.isA(mx.NodeGraph)):  # not the library's
-        for node in graph.getNodes():
-            for given in node.getInputs():
-                interface = given.getInterfaceInput()
-                if interface is not None and interface.getValueString() and _source(interface) is None:
-                    _take_over(given, interface)
-    return copy
-
-
-def _take_over(given: Any, interface: Any) -> None:
-    """Give an input what its interface has: a colour in its space, a file in that of the node which reads it.
-
-    Generators convert no unit on the way, so that none is taken over.
-    """
-    given.removeAttribute("interfacename")
-    given.setValueString(interface.getValueString())
-    kept = ("fileprefix",) if given.getType() == "filename" else ("colorspace",)
-    for name in kept:
-        given.removeAttribute(name)
-        if interface.hasAttribute(name):
-            given.setAttribute(name, interface.getAttribute(name))
 
 
 def scalar(node: Any, name: str) -> float:
@@ -161,24 +130,6 @@ def scalar(node: Any, name: str) -> float:
         msg = f"{name} of {node.getCategory()} varies, or is no number"
         raise InexpressibleError(msg)
     return float(value)
-
-
-def source(node: Any, name: str) -> tuple[Any, str] | None:
-    """The node that an input is connected to, and the name of its output; None if it is not connected."""
-    given = node.getInput(name)
-    return None if given is None else _source(given)
-
-
-def _source(given: Any) -> tuple[Any, str] | None:
-    interface = given.getInterfaceInput() if given.getInterfaceName() else None
-    if interface is not None:  # that of the graph, which is connected itself
-        return _source(interface)
-    output = given.getConnectedOutput() if given.getNodeGraphString() or not given.getNodeName() else None
-    if output is not None:
-        node = output.getConnectedNode()
-        return None if node is None else (node, str(output.getOutputString()))
-    node = given.getConnectedNode()
-    return None if node is None else (node, str(given.getOutputString()))
 
 
 # What nodes give, by path and output, while one input is followed: each node once, however often it is used.
@@ -210,11 +161,10 @@ def _made(node: Any, output: str) -> Term:
 
 def _image(node: Any) -> Term:
     file = node.getInput("file")
-    name = "" if file is None else file.getResolvedValueString()
     space = "" if file is None else file.getActiveColorSpace()
     count = _COMPONENTS[node.getType()]
     is_color = node.getType().startswith("color")
-    if not name:
+    if not file_of(node):
         msg = f"{node.getCategory()} has no file"
         raise InexpressibleError(msg)
     if is_color and space not in (*_LINEAR, ENCODED):
@@ -227,11 +177,11 @@ def _image(node: Any) -> Term:
         if encoded and np.any(factor != 1.0):
             msg = "the factor of an encoded gltf_image is applied to encoded colours"
             raise InexpressibleError(msg)
-    lookup = look_up(node, name, encoded)
+    lookup = look_up(node, encoded)
     return Term(np.zeros(count), factor, lookup, tuple(range(count)))
 
 
-def look_up(node: Any, file: str, encoded: bool) -> Lookup:
+def look_up(node: Any, encoded: bool = False) -> Lookup:
     """How an image node looks up its file.
 
     Raises
@@ -248,16 +198,15 @@ def look_up(node: Any, file: str, encoded: bool) -> Lookup:
     if "constant" in modes:
         msg = "an image that ends at its border (address mode constant)"
         raise InexpressibleError(msg)
-    return Lookup(file, encoded, modes, texts["filtertype"], index, through(node, placement))
+    return Lookup(file_of(node), encoded, modes, texts["filtertype"], index, through(node, placement))
 
 
 def _color_image(node: Any) -> Term:
     """The four channels of gltf_colorimage, whose image stands as it is stored: a multioutput has no colour space."""
-    file = node.getInput("file")
-    if file is None or not file.getResolvedValueString():
+    if not file_of(node):
         msg = "gltf_colorimage has no file"
         raise InexpressibleError(msg)
-    lookup = look_up(node, file.getResolvedValueString(), encoded=False)
+    lookup = look_up(node)
     factor = _constant(term(node, "color")) * _constant(term(node, "geomcolor"))
     # Inside, its image repeats, whatever its address modes are (MaterialX 1.39.5).
     return Term(np.zeros(4), factor, lookup._replace(modes=("periodic", "periodic")), (0, 1, 2, 3))
@@ -265,8 +214,7 @@ def _color_image(node: Any) -> Term:
 
 def _between(node: Any) -> Term:
     """Thickness by gltf_iridescence_thickness, whose ends are exchanged (MaterialX 1.39.5): thick where it is dark."""
-    file = node.getInput("file")
-    lookup = look_up(node, "" if file is None else file.getResolvedValueString(), encoded=False)
+    lookup = look_up(node)
     ends = [np.atleast_1d(scalar(node, name)) for name in ("thicknessMax", "thicknessMin")]
     return Term(ends[0], ends[1] - ends[0], lookup, (1,))
 

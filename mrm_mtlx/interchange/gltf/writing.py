@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.interchange.gltf import comparison
 from mrm_mtlx.interchange.gltf.asset import Asset
 from mrm_mtlx.interchange.gltf.container import LOST
+from mrm_mtlx.interchange.gltf.interfaces import resolved
 from mrm_mtlx.interchange.gltf.material import Material
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.reading import read
 from mrm_mtlx.interchange.gltf.slots import Images
-from mrm_mtlx.interchange.gltf.terms import resolved
 from mrm_mtlx.interchange.imported import NothingToWriteError, Remark
 from mrm_mtlx.reference import UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
