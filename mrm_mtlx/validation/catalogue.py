@@ -196,10 +196,10 @@ RULES: dict[str, Rule] = {
             _WARNING,
             "nothing to render",
             "The document has no material, and no output of shader type: there is nothing to generate a shader from. A "
-            "library of definitions is such a document; in USD, a stage none of whose Materials has a MaterialX network; "
-            "in glTF, an asset without materials.",
-            "Add a surfacematerial node with a surface shader; in USD, connect `outputs:mtlx:surface` of a Material; in "
-            "glTF, add a material.",
+            "library of definitions is such a document; in USD, a stage none of whose Materials has a MaterialX "
+            "network; in glTF, an asset without materials.",
+            "Add a surfacematerial node with a surface shader; in USD, connect `outputs:mtlx:surface` of a Material; "
+            "in glTF, add a material.",
         ),
         Rule(
             "INTERCHANGE_LOST",
