@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mrm_mtlx.cli.options import refuse_missing_folder
+
 if TYPE_CHECKING:
     from mrm_mtlx.cli.openmaterial import Options
     from mrm_mtlx.interchange.imported import Remark
@@ -72,9 +74,7 @@ def convert(
         return
     if output is None:
         raise typer.BadParameter("expected a file to write, or --compare", param_hint="OUTPUT")
-    if not output.parent.is_dir():
-        message = f"{output} cannot be written: the folder {output.parent} does not exist"
-        raise typer.BadParameter(message, param_hint="OUTPUT")
+    refuse_missing_folder(output, "OUTPUT")
     if to is FormatName.OPENMATERIAL or output.suffix.lower() == OPENMATERIAL_SUFFIX:
         openmaterial.convert(path, output, options)
     else:

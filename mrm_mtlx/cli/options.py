@@ -47,9 +47,22 @@ Targets: TypeAlias = Annotated[
 
 def _writable(output: Path | None) -> Path | None:
     """Refuse a report's file whose folder is not there, before the work is done in vain."""
-    if output is not None and not output.parent.is_dir():
-        raise typer.BadParameter(f"{output} cannot be written: the folder {output.parent} does not exist")
+    if output is not None:
+        refuse_missing_folder(output)
     return output
+
+
+def refuse_missing_folder(output: Path, option: str | None = None) -> None:
+    """Refuse a file whose folder is not there; `option` is the one that names it, by default the callback's own.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is so.
+    """
+    if not output.parent.is_dir():
+        message = f"{output} cannot be written: the folder {output.parent} does not exist"
+        raise typer.BadParameter(message, param_hint=option)
 
 
 Output: TypeAlias = Annotated[

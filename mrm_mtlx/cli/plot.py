@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from mrm_mtlx.cli.options import refuse_missing_folder
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -173,9 +175,7 @@ def check_output(output: Path, option: str = "--output") -> None:
     if output.suffix.lower() not in SUFFIXES:
         expected = f"expected a name that ends in {', '.join(SUFFIXES)}"
         raise typer.BadParameter(f"{output}: {expected}", param_hint=option)
-    if not output.parent.is_dir():
-        message = f"{output} cannot be written: the folder {output.parent} does not exist"
-        raise typer.BadParameter(message, param_hint=option)
+    refuse_missing_folder(output, option)
 
 
 def _check_view(lights: list[float], azimuth: float) -> None:

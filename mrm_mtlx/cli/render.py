@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Seed
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Seed, refuse_missing_folder
 
 
 class ShapeName(StrEnum):
@@ -79,9 +79,7 @@ def render(
 
     if output.suffix.lower() not in (".png", ".exr"):
         raise typer.BadParameter(f"{output}: expected a name that ends in .png or .exr", param_hint="--output")
-    if not output.parent.is_dir():
-        message = f"{output} cannot be written: the folder {output.parent} does not exist"
-        raise typer.BadParameter(message, param_hint="--output")
+    refuse_missing_folder(output, "--output")
     if exposure is not None and not -100.0 <= exposure <= 100.0:
         raise typer.BadParameter(f"{exposure}: expected -100 to 100 stops", param_hint="--exposure")
     available = gl.availability() if engine is Engine.GL else osl.availability()
