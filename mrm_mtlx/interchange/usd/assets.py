@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pxr import Ar, Sdf
 
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
+from mrm_mtlx.interchange.usd.opening import SUFFIXES, folder_of
 from mrm_mtlx.library.files import resolve_inside
 
 if TYPE_CHECKING:
@@ -61,8 +62,7 @@ def _absolute(attribute: Usd.Attribute, name: str) -> str:
     for spec in attribute.GetPropertyStack():
         if spec.HasInfo("default") or spec.HasInfo("timeSamples"):
             found = str(spec.layer.ComputeAbsolutePath(name))
-            folder = Path(Ar.SplitPackageRelativePathOuter(spec.layer.realPath)[0]).parent
-            return found if Path(found).is_absolute() else str(folder / found)
+            return found if Path(found).is_absolute() else str(folder_of(spec.layer) / found)
     return name
 
 
@@ -70,7 +70,7 @@ def _unpack(path: Path, folder: Path) -> None:
     """Take everything but layers out of a package."""
     try:
         with zipfile.ZipFile(path) as package:
-            entries = [e for e in package.infolist() if not e.is_dir() and not e.filename.lower().endswith(_LAYERS)]
+            entries = [e for e in package.infolist() if not e.is_dir() and not e.filename.lower().endswith(SUFFIXES)]
             size = sum(entry.file_size for entry in entries)
             if size > MAXIMUM_BYTES or len(entries) > MAXIMUM_FILES:
                 found = f"{len(entries)} files of {size / 2**20:.0f} MiB"
@@ -85,6 +85,3 @@ def _unpack(path: Path, folder: Path) -> None:
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
         reason = error.strerror if isinstance(error, OSError) else error  # whose text names a folder of this machine
         raise UnreadableError(Remark("READ_FORMAT", "", f"the package cannot be unpacked: {reason}")) from error
-
-
-_LAYERS = (".usd", ".usda", ".usdc", ".usdz")

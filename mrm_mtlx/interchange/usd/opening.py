@@ -28,6 +28,8 @@ MAXIMUM_LAYERS = 1024
 _TEXT, _CRATE, _PACKAGE = b"#usda", b"PXR-USDC", b"PK\x03\x04"
 _NAMES = {_TEXT: "USD text", _CRATE: "USD crate", _PACKAGE: "a package"}
 _CONTENT = {".usda": (_TEXT,), ".usdc": (_CRATE,), ".usd": (_TEXT, _CRATE), ".usdz": (_PACKAGE,)}
+# The endings of layers.
+SUFFIXES = tuple(_CONTENT)
 # What opens and closes a prim, and what may contain such signs: strings, asset paths, paths, and comments of the three
 # kinds that USD knows. What is not closed, which USD refuses, goes on to the end: nothing is scanned twice.
 _TOKENS = re.compile(
@@ -71,6 +73,11 @@ def said(error: object) -> str:
     text = re.sub(r",?@anon:[^@]*@", "", " ".join((found[1] if found else text).split()))
     text = re.sub(r" <0x[0-9a-f]+>", "", text)
     return re.sub(r"[^\s@'<(]*/([^/\s@]+\.usd[acz]?)", r"\1", text)[:300]
+
+
+def folder_of(layer: Sdf.Layer) -> Path:
+    """The folder in which a layer lies, or the package that holds it."""
+    return Path(Ar.SplitPackageRelativePathOuter(layer.realPath)[0]).parent
 
 
 class _Scan:
@@ -192,8 +199,7 @@ class _Scan:
     def _located(self, layer: Sdf.Layer, name: str, place: str) -> str:
         """The absolute path that a name in a layer means."""
         outer, inner = Ar.SplitPackageRelativePathOuter(layer.ComputeAbsolutePath(name))
-        folder = Path(Ar.SplitPackageRelativePathOuter(layer.realPath)[0]).parent
-        file = resolve_inside(outer, folder, self._root)
+        file = resolve_inside(outer, folder_of(layer), self._root)
         if file is None:
             message = f"the file '{name}' lies outside the folder being checked"
             raise UnreadableError(Remark("READ_OUTSIDE", place, message))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from pxr import UsdShade
 
+from mrm_mtlx.interchange.usd import prims
 from mrm_mtlx.interchange.usd.values import SDF_TYPES, sdf_type
 
 if TYPE_CHECKING:
@@ -15,14 +16,15 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 # The kind of material output, by the input of a material node or the type of a shader.
-TERMINALS = {"surfaceshader": "surface", "displacementshader": "displacement", "volumeshader": "volume"}
+TERMINALS = {given: terminal for terminal, (given, _) in prims.TERMINALS.items()}
 
 
 class Scope:
     """A Material or NodeGraph that is being written, and the prims of the elements in it by their names."""
 
-    def __init__(self, prim: Usd.Prim, prims: dict[str, Usd.Prim]) -> None:
-        self.prim, self.prims = prim, prims
+    def __init__(self, prim: Usd.Prim) -> None:
+        self.prim = prim
+        self.prims: dict[str, Usd.Prim] = {}
 
     def source(self, element: Any) -> Any:
         """What an input or output is connected to: an output beside it, or an input of the interface; None for none."""

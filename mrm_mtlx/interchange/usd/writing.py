@@ -83,7 +83,7 @@ class _Writer:
         material = UsdShade.Material(prim)
         prim.AddAppliedSchema("MaterialXConfigAPI")  # unknown to a USD without UsdMtlx, which ApplyAPI would not take
         prim.CreateAttribute("config:mtlx:version", Sdf.ValueTypeNames.String, custom=False).Set(self._version)
-        scope = Scope(prim, {})
+        scope = Scope(prim)
         is_material = element.getType() == "material"
         self._used.add(element.getName())
         sources = [given for given in element.getInputs() if self._has_form(given)] if is_material else [element]
@@ -113,7 +113,7 @@ class _Writer:
     def _has_form(self, given: Any) -> bool:
         if given.getName() in TERMINALS:
             return True
-        if given.getNodeName() or given.getNodeGraphString() or given.getOutputString():
+        if is_connected(given):
             self._lose(given, "a USD material has no back of its own; the front is on both sides")
         return False
 
@@ -211,7 +211,7 @@ class _Writer:
                 self._input(scope, connectable, declared, declared, graph)
 
     def _inside(self, graph: mx.NodeGraph, prim: Usd.Prim) -> None:
-        inner = Scope(prim, {})
+        inner = Scope(prim)
         self._fill(inner, graph.getNodes())
         for output in graph.getOutputs():
             written = UsdShade.NodeGraph(prim).GetOutput(output.getName())
