@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +19,6 @@ from mrm_mtlx.validation.reading import read_document
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
@@ -42,25 +43,18 @@ def imported(library: DataLibrary, tmp_path: Path) -> Callable[[Path], Imported]
     """Function from a file of any format to what is read from it, its folder being the test's."""
 
     def run(path: Path) -> Imported:
-        scratch = tmp_path / f"scratch_{len(list(tmp_path.glob('scratch_*')))}"
-        scratch.mkdir()
-        return read_document(path, path.parent, library, scratch)[0]
+        return read_document(path, path.parent, library, _scratch(tmp_path))[0]
 
     return run
 
 
 @pytest.fixture
-def stage_of(library: DataLibrary, tmp_path: Path) -> Callable[..., Imported]:
+def stage_of(library: DataLibrary, tmp_path: Path, usda: Callable[..., Path]) -> Callable[..., Imported]:
     """Function from the prims of a stage, or a file, to what `usd.read` makes of it."""
 
     def run(prims: str | Path) -> Imported:
-        path = prims
-        if isinstance(prims, str):
-            path = tmp_path / "stage.usda"
-            path.write_text(HEAD + prims, encoding="utf-8")
-        scratch = tmp_path / f"scratch_{len(list(tmp_path.glob('scratch_*')))}"
-        scratch.mkdir()
-        return read(path, path.parent, library, scratch)
+        path = usda(prims) if isinstance(prims, str) else prims
+        return read(path, path.parent, library, _scratch(tmp_path))
 
     return run
 
@@ -117,6 +111,11 @@ def shades() -> Callable[[Imported, np.random.Generator], list[Array | str]]:
         return found
 
     return run
+
+
+def _scratch(folder: Path) -> Path:
+    """An empty folder in a folder, another one each time."""
+    return Path(tempfile.mkdtemp(prefix="scratch_", dir=folder))
 
 
 def _points(rng: np.random.Generator, count: int = 64) -> ShadingPoints:

@@ -370,6 +370,10 @@ def test_what_cannot_be_composed_of_a_variant_is_told_and_not_printed(stage_of, 
         ("USD_VALIDATOR", "/X{v=b}", "/X/Z"),
     ]
     assert capfd.readouterr() == ("", "")
+    # What cannot be composed without a variant is not told of each of them.
+    always = stage_of('def "W" (\n references = </no>\n) {\n}\n' + prims).remarks
+    assert "/W" in {r.place for r in always}
+    assert {r for r in always if r.place.startswith("/X")} == set(remarks)
 
 
 def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, monkeypatch):
