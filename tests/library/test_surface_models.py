@@ -5,7 +5,7 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import install_library, node_library_folder, surface_models
+from mrm_mtlx.library import Origin, install_library, load_library, node_library_folder, surface_models
 from mrm_mtlx.library.surface_models import PARTIAL_NODES, SURFACE_MODELS, SurfaceModel, amount_input, extend
 from mrm_mtlx.shadergen import generate, renderable_elements
 
@@ -16,12 +16,6 @@ BASE = {
     "gltf_pbr": {"reflection_bsdf", "tf_reflection_bsdf", "metal_bsdf", "tf_metal_bsdf"},
 }
 MODELS = pytest.mark.parametrize("model", SURFACE_MODELS, ids=lambda model: model.node)
-
-
-def standard_library() -> mx.Document:
-    document = mx.createDocument()
-    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
-    return document
 
 
 def written(element: mx.Element) -> str:
@@ -150,7 +144,7 @@ GLOSSY = """
 
 def extended(text: str) -> tuple[mx.Document, str]:
     """The standard library with these elements and what `extend` makes of both, and the reason it gives."""
-    document = standard_library()
+    document = load_library(Origin.UPSTREAM).document.copy()
     mx.readFromXmlString(document, f'<?xml version="1.0"?><materialx version="1.39">{text}</materialx>')
     (extension,) = extend(document, [MODEL])
     return document, extension.reason
