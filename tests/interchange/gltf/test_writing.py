@@ -225,6 +225,17 @@ def test_two_runs_write_the_same_bytes_and_what_lies_beside_is_not_copied(full, 
     assert not (tmp_path / "one").exists()
 
 
+def test_what_was_unpacked_is_copied_beside_the_asset(full, library, read, tmp_path):
+    few(full)
+    gltf.write(read(full), tmp_path / "one.glb", library)
+    unpacked = read(tmp_path / "one.glb")
+    assert unpacked.folder.is_relative_to(tmp_path)
+    gltf.write(unpacked, tmp_path / "again.gltf", library)
+    images = json.loads((tmp_path / "again.gltf").read_text())["images"]
+    assert len(images) == 2
+    assert all((tmp_path / image["uri"]).parent == tmp_path / "again" for image in images)
+
+
 def check_mesh(data, content) -> None:
     """That a .glb has spheres that a viewer shows, and says what it uses."""
     (length,) = struct.unpack_from("<I", content, 12)
@@ -290,6 +301,8 @@ REPEATED = (
     '<input name="uvtiling" type="vector2" value="3, 2"/><input name="uvoffset" type="vector2" value="0.2, 0.1"/>'
 )
 OF_Z = ' output="outz"'
+CLAMPED = '<input name="uaddressmode" type="string" value="clamp"/><input name="offset" type="vector2" value="0.3, 0"/>'
+COLORS = '<input name="color" type="color4" value="0.9, 0.8, 0.7, 0.6"/>'
 AT_P = '<input name="texcoord" type="vector2" nodename="p"/>'
 TEXTURED = {
     "an image as it stands": (image(), connected("base_color", "color3")),
@@ -315,6 +328,31 @@ TEXTURED = {
         + f'<separate3 name="r" type="multioutput">{connected("in", "vector3")}</separate3>'
         + f'<multiply name="t" type="float">{connected("in1", "float", "r", OF_Z)}{number("in2", 0.5)}</multiply>',
         connected("roughness", "float", "t") + number("metallic", 0.25),
+    ),
+    "a channel where it belongs, beside a constant": (
+        image("vector3", "a.png", "")
+        + f'<separate3 name="r" type="multioutput">{connected("in", "vector3")}</separate3>',
+        connected("roughness", "float", "r", ' output="outy"') + number("metallic", 0.25),
+    ),
+    "an image with a factor of its own": (
+        image("float", "b.png", "", "gltf_image", number("factor", 0.5)),
+        connected("clearcoat", "float"),
+    ),
+    "a colour image, which repeats whatever it says": (
+        image("multioutput", "a.png", "", "gltf_colorimage", CLAMPED + COLORS + CLOSEST),
+        connected("base_color", "color3", output=' output="outcolor"')
+        + connected("alpha", "float", output=' output="outa"')
+        + '<input name="alpha_mode" type="integer" value="2"/>',
+    ),
+    "a thickness between two": (
+        image(
+            "float",
+            "b.png",
+            "",
+            "gltf_iridescence_thickness",
+            number("thicknessMin", 200) + number("thicknessMax", 600),
+        ),
+        connected("iridescence_thickness", "float") + number("iridescence", 1.0),
     ),
     "a mixture by a mask": (
         image("float", "b.png", "")
@@ -406,6 +444,23 @@ def test_an_image_through_an_interface_has_the_colour_space_of_what_reads_it(
     np.testing.assert_allclose(emitted(surface_of(read(tmp_path / "out/model.gltf")), at), before, rtol=1e-3)
 
 
+def test_a_colour_through_an_interface_is_in_the_space_of_the_interface(
+    imported, written, tmp_path, surface_of, points, emitted, read
+):
+    graph = (
+        '<nodegraph name="g"><input name="f" type="color3" value="0.5, 0.25, 0.75"/><constant name="n" type="color3">'
+        f'<input name="value" type="color3" interfacename="f"{SRGB}/></constant>'
+        '<output name="o" type="color3" nodename="n"/></nodegraph>'
+    )
+    source = imported(model('<input name="emissive" type="color3" nodegraph="g" output="o"/>', graph))
+    data, remarks = written(source)
+    assert remarks == []
+    assert data["materials"][0]["emissiveFactor"] == [0.5, 0.25, 0.75]
+    at = points([[0.5, 0.5]])
+    again = read(tmp_path / "out/model.gltf")
+    assert np.array_equal(emitted(surface_of(again), at), emitted(surface_of(source), at))
+
+
 def test_a_graph_that_uses_each_node_many_times_is_followed_once_per_node(images, imported, written):
     nodes = image("color3", "a.png", "").replace('"i"', '"c0"')
     for k in range(14):  # five million ways through it
@@ -443,6 +498,21 @@ def test_other_surface_models_are_translated_with_their_retroreflectivity_and_wh
         "roughnessFactor": 0.3,
     }
     assert material["extensions"]["KHR_materials_retroreflection"] == {"retroreflectionFactor": 0.5}
+    assert "KHR_materials_volume" not in material["extensions"]  # it transmits nothing
+
+
+def test_the_normals_of_another_surface_model_are_written(images, imported, written):
+    normals = "".join(f'<input name="{name}" type="vector3" nodename="n"/>' for name in ("normal", "coat_normal"))
+    nodes = (
+        image("vector3", "a.png", "") + f'<normalmap name="n" type="vector3">{connected("in", "vector3")}</normalmap>'
+    )
+    inputs = normals + number("coat", 0.5)
+    data, _ = written(
+        imported(shown(f'{nodes}<standard_surface name="s" type="surfaceshader">{inputs}</standard_surface>'))
+    )
+    (material,) = data["materials"]
+    assert material["normalTexture"] == {"index": 0}
+    assert material["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"] == {"index": 0}
 
 
 def test_a_surface_model_without_a_translation_is_left_out(imported, written):
@@ -504,6 +574,13 @@ LOST = {
         "/m/roughness",
         "another place",
     ),
+    "an occlusion that is scaled": (
+        image("float", "b.png", "")
+        + f'<multiply name="t" type="float">{connected("in1", "float")}{number("in2", 0.5)}</multiply>',
+        connected("occlusion", "float", "t"),
+        "/m/occlusion",
+        "1 + strength",
+    ),
     "a constant occlusion": ("", number("occlusion", 0.5), "/m/occlusion", "1 + strength"),
     "a colour beyond one": ("", color("base_color", 1.5, 0.5, 0.5), "/m/base_color", "at most 1, got 1.5"),
     "a varying index": (
@@ -523,6 +600,14 @@ def test_what_gltf_cannot_say_is_said_and_the_rest_is_written(images, imported, 
     assert (first.code, first.place) == ("INTERCHANGE_LOST", place)
     assert words in first.message
     assert data["materials"][0]["extensions"]["KHR_materials_volume"] == {"thicknessFactor": 0.5}
+
+
+def test_what_is_seen_through_a_material_is_compared(imported, written):
+    inputs = number("transmission", 1.0) + number("metallic", 0.0) + connected("base_color", "color3")
+    _, remarks = written(imported(model(inputs, '<noise2d name="i" type="color3"/>')))
+    lost, apart = (remark.message for remark in remarks)
+    assert "noise2d, which has no form" in lost
+    assert "its values differ by up to" in apart  # the base colour shows in what is transmitted alone
 
 
 def test_an_image_of_more_pixels_than_are_looked_into_is_said(images, imported, written, monkeypatch):
