@@ -253,11 +253,12 @@ def _read(path: Path, offset: int, length: int, place: str) -> bytes:
 def _check(data: dict[str, Any]) -> None:
     """That it is glTF 2.0, and its arrays are such."""
     asset = data.get("asset")
-    version = asset.get("version") if isinstance(asset, dict) else None
+    asset = asset if isinstance(asset, dict) else {}
+    version = asset.get("version")
     if not isinstance(version, str) or not re.fullmatch(r"2\.\d{1,3}", version):
-        found = f"{shown(version)}" if isinstance(version, str) else "nothing of the kind"
+        found = shown(version) if isinstance(version, str) else "nothing of the kind"
         _refuse(INVALID, f"expected the version of glTF, '2.0', got {found}", place="/asset/version")
-    least = asset.get("minVersion", "2.0") if isinstance(asset, dict) else "2.0"
+    least = asset.get("minVersion", "2.0")
     if least != "2.0":
         _refuse(INVALID, f"it asks for version {shown(str(least))}; 2.0 is read", place="/asset/minVersion")
     for name in ARRAYS:

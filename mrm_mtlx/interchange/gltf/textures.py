@@ -30,12 +30,19 @@ if TYPE_CHECKING:
 
 # Bytes that are unpacked from one asset.
 MAXIMUM_UNPACKED_BYTES = 512 * 2**20
-# What the files of a kind begin with, and the media type; glTF has these two, and WebP by EXT_texture_webp.
-SIGNATURES = (
-    (b"\x89PNG\r\n\x1a\n", ".png", "image/png"),
-    (b"\xff\xd8\xff", ".jpg", "image/jpeg"),
-    (b"RIFF", ".webp", "image/webp"),
-)
+
+
+class Kind(NamedTuple):
+    """A kind of image file: what it begins with, the ending of its name, and its media type."""
+
+    start: bytes
+    suffix: str
+    media_type: str
+
+
+# The kinds that glTF has, and WebP by EXT_texture_webp.
+PLAIN_KINDS = (Kind(b"\x89PNG\r\n\x1a\n", ".png", "image/png"), Kind(b"\xff\xd8\xff", ".jpg", "image/jpeg"))
+_KINDS = (*PLAIN_KINDS, Kind(b"RIFF", ".webp", "image/webp"))
 _WEBP = "EXT_texture_webp"
 # A name that means the same to MaterialX, which replaces tokens in < > and { }, and to every file system.
 _PLAIN_NAME = re.compile(r"[\w .,()+=@~/-]+")
@@ -72,6 +79,11 @@ class Texture(NamedTuple):
     scale: tuple[float, float]
     place: str
     image_place: str
+
+
+def kind_of(content: bytes) -> Kind | None:
+    """The kind of an image file by its first bytes, None if it is none that is read."""
+    return next((kind for kind in _KINDS if content.startswith(kind.start)), None)
 
 
 class Textures:
@@ -191,9 +203,11 @@ def _suffix(content: bytes, stated: str, place: str) -> str:
     GltfError
         If they are not those of an image that is read, or those of another kind than stated.
     """
-    found = next(((suffix, kind) for start, suffix, kind in SIGNATURES if content.startswith(start)), None)
+    found = kind_of(content)
     if found is None:
         raise GltfError(NO_FILE, place, "its bytes are not those of a PNG, JPEG or WebP image")
-    if stated not in ("", found[1]):
-        raise GltfError(INVALID, place, f"it is said to be {shown(stated)}, and its bytes are those of {found[1]}")
-    return found[0]
+    if stated not in ("", found.media_type):
+        raise GltfError(
+            INVALID, place, f"it is said to be {shown(stated)}, and its bytes are those of {found.media_type}"
+        )
+    return found.suffix
