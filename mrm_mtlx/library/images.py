@@ -21,6 +21,16 @@ ADDRESS_MODES = ("constant", "clamp", "periodic", "mirror")
 FILTER_TYPES = ("closest", "linear", "cubic")
 
 
+def srgb_encoded(linear: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Linear values as sRGB encodes them (IEC 61966-2-1); negative ones by the line that begins at 0."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055)
+
+
+def srgb_decoded(encoded: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Linear values of sRGB ones (IEC 61966-2-1); negative ones by the line that begins at 0."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((np.maximum(encoded, 0.0) + 0.055) / 1.055) ** 2.4)
+
+
 def read_image(path: Path) -> NDArray[np.float32]:
     """Pixels of an image file, shape (height, width, channels), float32, row 0 at the top, values as stored.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
 from mrm_mtlx.library.files import replacing
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.library.images import read_image, srgb_encoded
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
@@ -147,7 +147,7 @@ def tone_map(radiance: Array, exposure: float | None) -> Array:
     peak = np.max(radiance, axis=-1, keepdims=True)
     brightest = max(float(np.quantile(peak, 0.999)), 1.0) if exposure is None else 2.0**-exposure
     scale = np.log1p(peak / floor) / np.log1p(brightest / floor)
-    return np.asarray(np.clip(_srgb(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
+    return np.asarray(np.clip(srgb_encoded(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
 
 
 def _panel(program: SurfaceProgram, settings: Settings) -> Array:
@@ -186,8 +186,3 @@ def _reduce(image: Array, step: int) -> Array:
     height, width = (n // step for n in image.shape[:2])
     blocks = image[: height * step, : width * step]
     return np.asarray(blocks.reshape(height, step, width, step, 3).mean(axis=(1, 3)))
-
-
-def _srgb(value: Array) -> Array:
-    """IEC 61966-2-1 encoding."""
-    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * np.maximum(value, 0.0) ** (1.0 / 2.4) - 0.055)

@@ -7,7 +7,7 @@ import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.library import images
-from mrm_mtlx.library.images import as_read, read_image
+from mrm_mtlx.library.images import as_read, read_image, srgb_decoded, srgb_encoded
 
 UNIT = 2.0**-24
 
@@ -97,3 +97,14 @@ def test_the_colours_of_a_transparent_png_are_those_stored(tmp_path):
     target.close()
     # Multiplied by the alpha, as OpenImageIO has it by default, they would be half of that.
     assert np.round(read_image(tmp_path / "clear.png") * 255.0).tolist() == stored.tolist()
+
+
+def test_srgb_is_encoded_and_decoded_as_the_standard_says():
+    # IEC 61966-2-1: the line up to 0.0031308, and the power above it, which gives the middle grey of 8 bits, 118.
+    np.testing.assert_allclose(
+        srgb_encoded(np.array([-0.001, 0.0, 0.003, 1.0])), [-0.01292, 0.0, 0.03876, 1.0], rtol=1e-9
+    )
+    assert round(255.0 * float(srgb_encoded(np.array(0.18)))) == 118
+    levels = np.linspace(-0.1, 1.5, 200)
+    # The two pieces meet within 1e-7 of each other in the standard's rounded constants.
+    np.testing.assert_allclose(srgb_decoded(srgb_encoded(levels)), levels, rtol=0.0, atol=1e-6)

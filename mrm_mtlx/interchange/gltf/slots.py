@@ -11,9 +11,9 @@ import numpy as np
 
 from mrm_mtlx.interchange.gltf.asset import ImageFile
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
-from mrm_mtlx.interchange.gltf.textures import SIGNATURES
+from mrm_mtlx.interchange.gltf.textures import PLAIN_KINDS, kind_of
 from mrm_mtlx.library.files import resolve_inside
-from mrm_mtlx.library.images import as_read, read_image
+from mrm_mtlx.library.images import as_read, read_image, srgb_decoded, srgb_encoded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -117,8 +117,7 @@ class Images:
     def _as_it_is(self, name: str) -> ImageFile | None:
         path = self._path(name)
         content = b"" if path is None else path.read_bytes()
-        # The two kinds that glTF has without an extension.
-        if path is None or not any(content.startswith(start) for start, _, kind in SIGNATURES if kind != "image/webp"):
+        if path is None or kind_of(content) not in PLAIN_KINDS:
             return None
         if path.is_relative_to(self._folder) and not self._source.packed:
             return ImageFile(path.name, content, os.path.relpath(path, self._folder).replace(os.sep, "/"))
@@ -134,9 +133,9 @@ def _composed(wanted: Mapping[int, Channel | None], loaded: Mapping[str, Any]) -
             continue
         values = loaded[channel.lookup.file][..., channel.channel].astype(float)
         if channel.is_decoded and not channel.encoded:
-            values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+            values = srgb_decoded(values)
         elif channel.encoded and not channel.is_decoded:
-            values = np.where(values <= 0.0031308, values * 12.92, 1.055 * np.abs(values) ** (1.0 / 2.4) - 0.055)
+            values = srgb_encoded(values)
         if np.any(values < 0.0) or np.any(values > 1.0):
             msg = f"the image {channel.lookup.file} has values beyond 0 to 1, which a PNG has not"
             raise InexpressibleError(msg)
