@@ -76,7 +76,7 @@ def said(error: object) -> str:
 
 
 def folder_of(layer: Sdf.Layer) -> Path:
-    """The folder in which a layer lies, or the package that holds it."""
+    """The folder in which a layer, or the package that holds it, lies."""
     return Path(Ar.SplitPackageRelativePathOuter(layer.realPath)[0]).parent
 
 

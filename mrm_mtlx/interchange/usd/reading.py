@@ -97,25 +97,29 @@ def _translate_all(stage: Usd.Stage, translation: Translation) -> dict[Sdf.Path,
 def _translate_variants(stage: Usd.Stage, translation: Translation, known: dict[Sdf.Path, str]) -> None:
     """Translate what each variant makes that is not there without it, one variant at a time."""
     stage.SetEditTarget(stage.GetSessionLayer())
-    count, before = 0, {str(error.rootSite.path) for error in stage.GetCompositionErrors()}
+    before = {str(error.rootSite.path) for error in stage.GetCompositionErrors()}
+    for count, (path, variants, variant) in enumerate(_other_variants(stage)):
+        if count == MAXIMUM_VARIANTS:
+            message = f"of its variants, {MAXIMUM_VARIANTS} are looked at; the others are not checked"
+            translation.remarks.append(Remark("INTERCHANGE_LOST", str(path), message))
+            return
+        selection = f"{{{variants.GetName()}={variant}}}"
+        variants.SetVariantSelection(variant)
+        _translate_changed(stage, path, selection, translation, known)
+        translation.remarks += _only_there(stage, f"{path}{selection}", before)
+        variants.ClearVariantSelection()
+
+
+def _other_variants(stage: Usd.Stage) -> Iterator[tuple[Sdf.Path, Usd.VariantSet, str]]:
+    """Prims, their sets, and the variants that are not selected; whoever selects one clears it before the next."""
     for path in _prims_with_variants(stage):
-        prim = stage.GetPrimAtPath(path)
-        sets = prim.GetVariantSets()
+        sets = stage.GetPrimAtPath(path).GetVariantSets()
         for name in sorted(sets.GetNames()):
             variants = sets.GetVariantSet(name)
             selected = variants.GetVariantSelection()
             for variant in sorted(variants.GetVariantNames()):
-                if variant == selected:
-                    continue
-                count += 1
-                if count > MAXIMUM_VARIANTS:
-                    message = f"of its variants, {MAXIMUM_VARIANTS} are looked at; the others are not checked"
-                    translation.remarks.append(Remark("INTERCHANGE_LOST", str(path), message))
-                    return
-                variants.SetVariantSelection(variant)
-                _translate_changed(stage, path, f"{{{name}={variant}}}", translation, known)
-                translation.remarks += _only_there(stage, f"{path}{{{name}={variant}}}", before)
-                variants.ClearVariantSelection()
+                if variant != selected:
+                    yield path, variants, variant
 
 
 def _translate_changed(
