@@ -78,9 +78,13 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
 def print_findings(findings: list[Finding]) -> None:
     """Findings with their remedies, on stderr."""
     for found in findings:
-        place = f" {found.location}" if found.location else ""
-        typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
+        _print_finding(found)
         typer.echo(printable(f"    {found.hint}"), err=True)
+
+
+def _print_finding(found: Finding) -> None:
+    place = f" {found.location}" if found.location else ""
+    typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
 
 
 def _scratch() -> Path:
@@ -100,7 +104,7 @@ class OpenSurface(NamedTuple):
     def refuse_missing_images(self) -> None:
         """Raise typer.Exit with status 1, and the findings on stderr, if an image could not be read."""
         for problem in self.images.findings:
-            typer.echo(printable(f"{problem.severity} {problem.code} {problem.location}: {problem.message}"), err=True)
+            _print_finding(problem)
         if self.images.findings:
             raise typer.Exit(1)
 
