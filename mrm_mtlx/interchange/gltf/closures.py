@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.interchange.gltf.interfaces import source
-from mrm_mtlx.interchange.gltf.placement import InexpressibleError
+from mrm_mtlx.interchange.gltf.placement import InexpressibleError, constant
 from mrm_mtlx.interchange.gltf.terms import Term, blended, scalar, term
 from mrm_mtlx.reference import constant_input
 
@@ -125,7 +125,7 @@ def _dielectric(node: Any) -> Inputs:
     if node.getCategory().endswith("dielectric_bsdf"):
         inputs |= {"ior": Term.constant(scalar(node, "ior")), "specular_color": term(node, "tint")}
     else:
-        color, edge = term(node, "color0"), _grey(_constant(node, "color90"))
+        color, edge = term(node, "color0"), _grey(constant(node, "color90"))
         # glTF's reflectance does not fall toward grazing incidence: nearest to one that does is a constant one.
         edge = max(edge, 0.0 if color.value is None else float(color.value.max())) or 1.0
         inputs |= {"ior": Term.constant(_IOR), "specular_color": color * (1.0 / (_REFLECTANCE * edge))}
@@ -141,7 +141,7 @@ def _coat(node: Any) -> Inputs:
         raise InexpressibleError(msg)
     weight = term(node, "weight")
     if not node.getCategory().endswith("dielectric_bsdf"):
-        weight = weight * _grey(_constant(node, "color90"))
+        weight = weight * _grey(constant(node, "color90"))
     inputs = {"clearcoat": weight, "clearcoat_roughness": _roughness(node)}
     normal = _normal(node)
     return inputs | ({"clearcoat_normal": normal["normal"]} if normal else {})
@@ -243,14 +243,6 @@ def _only_reflects(node: Any) -> None:
     if mode != "R":
         msg = f"{node.getCategory()} with scatter_mode {mode} has no form in glTF"
         raise InexpressibleError(msg)
-
-
-def _constant(node: Any, name: str) -> Array:
-    value = constant_input(node, name)
-    if not isinstance(value, np.ndarray):
-        msg = f"{name} of {node.getCategory()} varies"
-        raise InexpressibleError(msg)
-    return value
 
 
 def _grey(color: Array) -> float:

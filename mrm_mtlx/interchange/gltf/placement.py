@@ -32,6 +32,21 @@ class InexpressibleError(Exception):
     """glTF cannot say something; the message is why."""
 
 
+def constant(node: Any, name: str) -> Array:
+    """The number, or numbers, that an input has everywhere.
+
+    Raises
+    ------
+    InexpressibleError
+        If it varies.
+    """
+    value = constant_input(node, name)
+    if not isinstance(value, np.ndarray):
+        msg = f"{name} of {node.getCategory()} varies"
+        raise InexpressibleError(msg)
+    return value
+
+
 class Placement(NamedTuple):
     """(u', v') = (a u + b v + c, d u + e v + f), in MaterialX's coordinates."""
 
@@ -100,13 +115,13 @@ def through(node: Any, placement: Placement) -> Placement:
     linear, moved = _parts(placement)
     match node.getCategory():
         case "tiledimage":
-            repeats = _value(node, "realworldtilesize") / _value(node, "realworldimagesize")
-            tiling, offset = _value(node, "uvtiling") * repeats, _value(node, "uvoffset") * repeats
+            repeats = constant(node, "realworldtilesize") / constant(node, "realworldimagesize")
+            tiling, offset = constant(node, "uvtiling") * repeats, constant(node, "uvoffset") * repeats
             return _placement(np.diag(tiling) @ linear, tiling * moved - offset)
         case "image":
             return placement
-    pivot, scale, offset = (_value(node, name) for name in ("pivot", "scale", "offset"))
-    angle = math.radians(float(_value(node, "rotate")))
+    pivot, scale, offset = (constant(node, name) for name in ("pivot", "scale", "offset"))
+    angle = math.radians(float(constant(node, "rotate")))
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     step = np.array([offset[0], -offset[1]])
     if _order(node) == 0:
@@ -119,15 +134,7 @@ def through(node: Any, placement: Placement) -> Placement:
 def _order(node: Any) -> int:
     # gltf_colorimage has the input, and passes another number on.
     named = node.getCategory() != "gltf_colorimage" and node.getNodeDef().getActiveInput("operationorder") is not None
-    return int(_value(node, "operationorder")) if named else 0
-
-
-def _value(node: Any, name: str) -> Array:
-    value = constant_input(node, name)
-    if not isinstance(value, np.ndarray):
-        msg = f"{name} of {node.getCategory()} varies"
-        raise InexpressibleError(msg)
-    return value
+    return int(constant(node, "operationorder")) if named else 0
 
 
 def _sets(given: Any) -> set[int]:
@@ -140,7 +147,7 @@ def _sets(given: Any) -> set[int]:
             continue
         seen.add(node.getNamePath())
         if node.getCategory() == "texcoord":
-            found.add(int(_value(node, "index")))
+            found.add(int(constant(node, "index")))
         waiting += node.getInputs()
     return found or {0}
 
