@@ -157,6 +157,13 @@ def open_container(path: Path, root: Path) -> Container:
         If it is no glTF 2.0, broken, or larger than is read.
     """
     try:
+        return _opened(path, root)
+    except GltfError as error:
+        raise UnreadableError(error.remark) from error
+
+
+def _opened(path: Path, root: Path) -> Container:
+    try:
         size = path.stat().st_size if path.is_file() else -1
         if size < 0:
             _refuse("READ_FAILED", "it is not a regular file")
@@ -172,7 +179,7 @@ def open_container(path: Path, root: Path) -> Container:
         _refuse(TOO_LARGE, found, "Keep images and geometry in files beside it, or write a .glb.")
     try:
         data = json_text.parse(_read(path, start, length, ""))
-    except (ValueError, GltfError) as error:
+    except ValueError as error:
         _refuse(INVALID, str(error), "Correct the place that is named.")
     except RecursionError:
         _refuse("READ_TOO_DEEP", "its JSON is nested more deeply than is read", "glTF has some ten levels.")
