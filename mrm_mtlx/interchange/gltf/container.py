@@ -140,12 +140,12 @@ class Container:
                 msg = "it has no uri; only the first buffer of a .glb with a binary chunk may have none"
                 raise GltfError(INVALID, json_text.pointer("buffers", index), msg)
             start, size = self.binary
-            return _read(self.path, start + offset, max(0, min(length, size - offset)), place)
+            return read_range(self.path, start + offset, max(0, min(length, size - offset)), place)
         if is_data(buffer["uri"]):
             if index not in self._decoded:
                 self._decoded[index] = decoded(buffer["uri"], place)
             return self._decoded[index][offset : offset + length]
-        return _read(self.file(buffer["uri"], place), offset, length, place)
+        return read_range(self.file(buffer["uri"], place), offset, length, place)
 
 
 def open_container(path: Path, root: Path) -> Container:
@@ -178,13 +178,30 @@ def _opened(path: Path, root: Path) -> Container:
         found = f"its JSON has {length / 2**20:.0f} MiB, more than the {MAXIMUM_JSON_BYTES // 2**20} MiB that are read"
         _refuse(TOO_LARGE, found, "Keep images and geometry in files beside it, or write a .glb.")
     try:
-        data = json_text.parse(_read(path, start, length, ""))
+        data = json_text.parse(read_range(path, start, length, ""))
     except ValueError as error:
         _refuse(INVALID, str(error), "Correct the place that is named.")
     except RecursionError:
         _refuse("READ_TOO_DEEP", "its JSON is nested more deeply than is read", "glTF has some ten levels.")
     _check(data)
     return Container(path, root, data, binary)
+
+
+def read_range(path: Path, offset: int, length: int, place: str) -> bytes:
+    """Bytes of a file, fewer where it ends before.
+
+    Raises
+    ------
+    GltfError
+        If it cannot be read.
+    """
+    try:
+        with path.open("rb") as stream:
+            stream.seek(offset)
+            return stream.read(length)
+    except OSError as error:
+        msg = f"{path.name} cannot be read: {error.strerror or 'no reason given'}"
+        raise GltfError("READ_FAILED", place, msg) from error
 
 
 def is_data(uri: str) -> bool:
@@ -217,7 +234,7 @@ def media_type(uri: str) -> str:
 
 def _chunks(path: Path, size: int) -> tuple[tuple[int, int], tuple[int, int] | None]:
     """Offset and length of the JSON and the binary chunk."""
-    header = _read(path, 0, _HEADER.size, "")
+    header = read_range(path, 0, _HEADER.size, "")
     if len(header) < _HEADER.size:
         _refuse(INVALID, f"the file ends within the {_HEADER.size} bytes of its header")
     _, version, length = _HEADER.unpack(header)
@@ -229,7 +246,7 @@ def _chunks(path: Path, size: int) -> tuple[tuple[int, int], tuple[int, int] | N
     found: dict[bytes, tuple[int, int]] = {}
     at = _HEADER.size
     while at < size:
-        head = _read(path, at, _CHUNK.size, "")
+        head = read_range(path, at, _CHUNK.size, "")
         if len(head) < _CHUNK.size:
             _refuse(INVALID, f"the file ends within the head of a chunk, at byte {at}")
         length, name = _CHUNK.unpack(head)
@@ -245,16 +262,6 @@ def _chunks(path: Path, size: int) -> tuple[tuple[int, int], tuple[int, int] | N
     if _JSON not in found:
         _refuse(INVALID, "it has no JSON chunk")
     return found[_JSON], found.get(_BINARY)
-
-
-def _read(path: Path, offset: int, length: int, place: str) -> bytes:
-    try:
-        with path.open("rb") as stream:
-            stream.seek(offset)
-            return stream.read(length)
-    except OSError as error:
-        msg = f"{path.name} cannot be read: {error.strerror or 'no reason given'}"
-        raise GltfError("READ_FAILED", place, msg) from error
 
 
 def _check(data: dict[str, Any]) -> None:

@@ -17,6 +17,7 @@ from mrm_mtlx.interchange.gltf.container import (
     decoded,
     is_data,
     media_type,
+    read_range,
 )
 from mrm_mtlx.interchange.gltf.properties import FILTERS, TRANSFORM, WRAPS
 from mrm_mtlx.interchange.imported import Remark
@@ -169,11 +170,9 @@ class Textures:
         size = target.stat().st_size
         if size > MAXIMUM_IMAGE_BYTES:
             raise GltfError(TOO_LARGE, f"{place}/uri", f"an image of more than {MAXIMUM_IMAGE_BYTES // 2**20} MiB")
-        with target.open("rb") as stream:
-            start = stream.read(16)
-            _suffix(start, "", f"{place}/uri")
-            if self.packed:
-                return self._write(start + stream.read(), image, index, "", f"{place}/uri")
+        _suffix(read_range(target, 0, 16, f"{place}/uri"), "", f"{place}/uri")
+        if self.packed:
+            return self._write(read_range(target, 0, size, f"{place}/uri"), image, index, "", f"{place}/uri")
         folder = self._container.path.parent.resolve()
         return os.path.relpath(target, folder).replace(os.sep, "/")
 
