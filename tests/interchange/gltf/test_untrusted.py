@@ -174,6 +174,17 @@ def test_a_texture_that_cannot_be_had_is_a_remark_with_its_place(hostile_folder,
     assert len(imported.document.getMaterialNodes()) == 1
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the administrator may read every file")
+def test_an_image_that_may_not_be_read_is_a_remark_with_its_place(write_asset, png, tmp_path, read):
+    png(tmp_path / "a.png", [[[1, 2, 3]]])
+    (tmp_path / "a.png").chmod(0)
+    material = {"emissiveTexture": {"index": 0}}
+    imported = read(write_asset(materials=[material], textures=[{"source": 0}], images=[{"uri": "a.png"}]))
+    (remark,) = imported.remarks
+    assert (remark.code, remark.place) == ("READ_FAILED", "/images/0/uri")
+    assert "a.png cannot be read" in remark.message
+
+
 def nested(depth: int) -> str:
     return '{"asset": {"version": "2.0"}, "extras": ' + "[" * depth + "]" * depth + "}"
 
