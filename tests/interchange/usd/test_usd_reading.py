@@ -354,8 +354,17 @@ def test_a_variant_above_a_material_counts_and_their_number_is_bounded(stage_of,
     assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
     assert read.places["M2/surfaceshader"] == "/X{v=b}M.outputs:mtlx:surface"
     monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 0)
-    (remark,) = [remark for remark in stage_of(prims).remarks if not remark.code.startswith("USD_")]
+    read = stage_of(prims)
+    assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M"]
+    (remark,) = [remark for remark in read.remarks if not remark.code.startswith("USD_")]
     assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/X")
+
+
+def test_a_variant_is_looked_at_with_the_other_sets_as_they_are(stage_of):
+    prims = ABOVE.format(material=MATERIAL.format(**BARE).replace("</M/", "</X/M/"))
+    prims = prims.replace('        "c" {\n        }\n', "").replace('Sets = "v"', 'Sets = ["v", "w"]')
+    read = stage_of(prims.rstrip()[:-1] + '    variantSet "w" = {\n        "d" {\n        }\n    }\n}\n')
+    assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
 
 
 def test_what_cannot_be_composed_of_a_variant_is_told_and_not_printed(stage_of, capfd):
