@@ -17,9 +17,7 @@ def ordinary_copy(document: Any) -> Any:
     ValueError
         If there is none that could be on.
     """
-    copy = mx.createDocument()
-    copy.copyContentFrom(document)
-    copy.setDataLibrary(document.getDataLibrary())
+    copy = document.copy()
     switched = [_switch_off(node) for node in copy.traverseTree() if node.isA(mx.Node)]
     if not any(switched):
         msg = "nothing to compare: no lobe of the material is retroreflective"

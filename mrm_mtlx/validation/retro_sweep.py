@@ -35,9 +35,7 @@ class Variant:
 
     def switched(self) -> mx.Document:
         """Another copy of the document, with the flag of the node on."""
-        document = self.element.getDocument()
-        copy = document.copy()
-        copy.setDataLibrary(document.getDataLibrary())
+        copy = self.element.getDocument().copy()
         copy.getDescendant(self.name).setInputValue(FLAG, True)
         return copy
 
@@ -56,7 +54,6 @@ def dissolved(document: mx.Document) -> mx.Document:
         If MaterialX cannot dissolve a graph; the message is its own.
     """
     copy = document.copy()
-    copy.setDataLibrary(document.getDataLibrary())
     try:
         for graph in [copy, *(c for c in copy.getChildren() if c.isA(mx.NodeGraph) and not c.getNodeDefString())]:
             graph.flattenSubgraphs()
