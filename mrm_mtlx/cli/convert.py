@@ -34,7 +34,7 @@ def register(app: typer.Typer) -> None:
 def convert(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="A document, or a file of another format.")],
     written: Annotated[
-        Path | None, typer.Argument(metavar="[OUTPUT]", help="What to write; its ending names the format.")
+        Path | None, typer.Argument(metavar="OUTPUT", help="What to write; its ending names the format.")
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The same as OUTPUT.")] = None,
     to: Annotated[FormatName | None, typer.Option("--to", help="The format, whatever the ending.")] = None,

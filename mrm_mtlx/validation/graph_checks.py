@@ -90,6 +90,8 @@ def _undefined(node: Any) -> Iterator[Finding]:
     if not definitions:
         known = {d.getNodeString() for d in node.getDocument().getNodeDefs()}
         known |= {d.getNodeString() for d in _library(node).getNodeDefs()}
+        if category.startswith("ND_"):  # the name of a definition, as USD's shaders have
+            known = {d.getName() for d in _library(node).getNodeDefs()}
         near = difflib.get_close_matches(category, sorted(known), 1)
         message = f"there is no node '{category}'" + (f"; did you mean '{near[0]}'?" if near else "")
         yield finding("DOC_UNKNOWN_NODE", location(node), message)

@@ -238,7 +238,7 @@ def test_what_is_wrong_is_told_with_its_place(material, parts):
 FOUND = {
     "unknown id": (
         {"identifier": "ND_conductr_bsdf"},
-        ("DOC_UNKNOWN_NODE", "/M/c", "did you mean 'conductor_bsdf'?"),
+        ("DOC_UNKNOWN_NODE", "/M/c", "did you mean 'ND_conductor_bsdf'?"),
     ),
     "connection of another type": (
         {"more": IMAGE.format(""), "surface": "float inputs:opacity.connect = </M/i.outputs:out>"},
