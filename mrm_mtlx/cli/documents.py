@@ -44,6 +44,7 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         to render.
     """
     from mrm_mtlx.shadergen import renderable_elements
+    from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.findings import blocks, finding
     from mrm_mtlx.validation.graph_checks import check_graph
     from mrm_mtlx.validation.reading import ReadError, in_file, read_document
@@ -56,7 +57,8 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
     else:
         try:
             imported, findings = read_document(path, path.parent, library, _scratch())
-            checked = check_graph(imported.document, imported.folder, imported.root)
+            checked = check_graph(imported.document)
+            checked += check_files(imported.document, imported.folder, imported.root)
             findings = findings + [in_file(found, imported) for found in checked]
         except ReadError as error:
             findings = [error.finding]

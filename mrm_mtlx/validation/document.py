@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.element import ElementCheck, sweep_element
+from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.findings import blocks, finding
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.reading import ReadError, in_file, read_document
@@ -44,7 +45,8 @@ def check_document(request: Request) -> DocumentResult:
 
 def _check(request: Request, document: Any, result: DocumentResult) -> None:
     """Add the findings and results of a document that was read."""
-    result.findings += check_graph(document, request.path.parent, request.root)
+    result.findings += check_graph(document)
+    result.findings += check_files(document, request.path.parent, request.root)
     blocked = any(blocks(f) for f in result.findings)
     if any(f.code == "DOC_CYCLE" for f in result.findings):
         return

@@ -5,18 +5,15 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.library.files import MAXIMUM_BYTES, resolve_inside
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 # Generators recurse along connections; chains that real graphs never reach are refused before they do.
 MAXIMUM_CHAIN = 200
@@ -35,7 +32,7 @@ _COMPONENTS = {"float": 1, "vector2": 2, "vector3": 3, "vector4": 4, "color3": 3
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
-def check_graph(document: mx.Document, folder: Path, root: Path) -> list[Finding]:
+def check_graph(document: mx.Document) -> list[Finding]:
     """Findings about nodes, inputs, values and connections, in document order."""
     try:
         valid, messages = document.validate()
@@ -46,9 +43,7 @@ def check_graph(document: mx.Document, folder: Path, root: Path) -> list[Finding
         return findings  # whatever follows connections must not run on these
     for node in nodes_of(document):
         findings += check_node(node)
-        findings += check_files(node, folder, root)
     findings += check_outputs(document)
-    findings += check_sources(document, folder, root)
     findings += check_color_spaces(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
@@ -207,19 +202,6 @@ def _uniform_connected(given: Any) -> Finding:
     return finding("DOC_UNIFORM_CONNECTED", location(given), message, hint)
 
 
-def check_files(node: Any, folder: Path, root: Path) -> Iterator[Finding]:
-    """Whether the images that a node names exist, inside the folder."""
-    for given in node.getInputs():
-        if given.getType() != "filename" or not given.getValueString():
-            continue
-        name = given.getResolvedValueString()
-        target = resolve_inside(name, folder, root)
-        if target is None:
-            yield finding("READ_OUTSIDE", location(given), f"the image '{name}' lies outside the folder being checked")
-        elif "<" not in name and not target.is_file():  # <UDIM> and the like name a set of files
-            yield finding("DOC_FILE", location(given), f"the image '{name}' does not exist")
-
-
 def check_outputs(document: mx.Document) -> Iterator[Finding]:
     """Outputs of the document's graphs that nothing is connected to, and that have no value either."""
     for graph in document.getChildren():
@@ -229,49 +211,6 @@ def check_outputs(document: mx.Document) -> Iterator[Finding]:
             given = output.getValueString() or output.getInterfaceName() or is_connected(output)
             if not given:
                 yield finding("DOC_CONNECTION", location(output), "nothing is connected to the graph's output")
-
-
-def check_sources(document: mx.Document, folder: Path, root: Path) -> Iterator[Finding]:
-    """Whether the shader sources of the document's own implementations, and what they include, lie inside the folder.
-
-    Generators open these files and put their text into the shader, and so into a compiler's messages.
-    """
-    for implementation in document.getChildren():  # getImplementations() would add those of the library
-        if not implementation.isA(mx.Implementation):
-            continue
-        name = implementation.getFile()
-        source = resolve_inside(name, folder, root) if name else None
-        if name and source is None:
-            message = f"the source file '{name}' lies outside the folder being checked"
-            yield finding("READ_OUTSIDE", location(implementation), message)
-            continue
-        text = implementation.getAttribute("sourcecode") + (_source_text(source) if source else "")
-        for include in _includes(text, source.parent if source else folder, root, set()):
-            message = f"the included source '{include}' lies outside the folder being checked"
-            yield finding("READ_OUTSIDE", location(implementation), message)
-
-
-def _includes(text: str, folder: Path, root: Path, seen: set[Path]) -> Iterator[str]:
-    """Include directives that leave the folder; those that name files of the libraries stay below their roots."""
-    for name in re.findall(r'#\s*include\s*["<]([^">\n]+)[">]', text):
-        target = resolve_inside(name, folder, root)
-        climbs = PurePath(name).is_absolute() or ".." in PurePath(name).parts
-        if target is None and (climbs or (folder / name).exists()):
-            yield name
-        elif target is not None and target not in seen:
-            seen.add(target)
-            yield from _includes(_source_text(target), target.parent, root, seen)
-
-
-def _source_text(path: Path) -> str:
-    """Text of a source file, as much of it as a source file can sensibly have; empty if it cannot be read."""
-    try:
-        if not path.is_file():  # a pipe would wait for ever
-            return ""
-        with path.open("rb") as stream:
-            return stream.read(MAXIMUM_BYTES).decode("utf-8", "replace")
-    except OSError:
-        return ""
 
 
 def check_color_spaces(document: mx.Document) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.graph_checks import MAXIMUM_CHAIN, check_graph
 from mrm_mtlx.validation.retro_checks import check_retroreflection
 
@@ -33,7 +34,8 @@ def found(make_document, tmp_path):
 
     def check(elements: str) -> list[tuple[str, str, str]]:
         document = make_document(elements)
-        return [(f.code, f.location, f.message) for f in check_graph(document, tmp_path, tmp_path)]
+        findings = check_graph(document) + check_files(document, tmp_path, tmp_path)
+        return [(f.code, f.location, f.message) for f in findings]
 
     return check
 
