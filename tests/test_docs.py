@@ -56,6 +56,9 @@ COMMANDS = {
     "mrm library install hosts": None,
     "python3 -m venv .venv && . .venv/bin/activate": "(tests/test_wheel.py sets up an environment)",
     "pip install -e '.[dev]'": "(tests/test_wheel.py installs)",
+    "python3 -m venv fresh && fresh/bin/pip install -e '.[dev]' && fresh/bin/pip freeze --exclude-editable": (
+        "(tests/test_constraints.py compares with what is installed)"
+    ),
     "mrm doctor": None,
     "mrm doctor --coverage": None,
     # Some of them: a driver takes seconds for each variant of a surface model.
