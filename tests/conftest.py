@@ -1,8 +1,10 @@
-"""What the tests share: data libraries, the OpenGL engine, documents from text, and directions worth trying."""
+"""What the tests share: data libraries, engines, documents from text, the check, the command, and directions to try."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,18 +13,28 @@ from zlib import crc32
 import MaterialX as mx
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from mrm_mtlx.cli.main import app
 from mrm_mtlx.engines import gl as gl_engine
 from mrm_mtlx.engines import osl as osl_engine
 from mrm_mtlx.library import DataLibrary, Origin, load_library
+from mrm_mtlx.validation.document import check_document
+from mrm_mtlx.validation.runner import Settings, collect
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from typer.testing import Result
+
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.engines.availability import Availability
+    from mrm_mtlx.validation.results import DocumentResult
 
 SEED = 2026
+
+# Seconds after which a command counts as hung; the longest of the tests takes about ten.
+TIME_LIMIT_S = 180
 
 # Chance that any statistical test of the whole suite rejects what is right, and how many tests share it. The reasons,
 # and the test that keeps the number true, are in test_false_alarms.py.
@@ -109,6 +121,87 @@ def shared(repository: Path) -> Path:
     if not folder.is_dir():
         pytest.skip("the folder 'shared' with reference material is not beside the repository")
     return folder
+
+
+@pytest.fixture(scope="session")
+def documents(repository: Path) -> Path:
+    """Folder with a pair of documents per rule."""
+    return repository / "tests" / "documents"
+
+
+@pytest.fixture(scope="session")
+def settings() -> Callable[..., Settings]:
+    """Function to settings of a small run, with some of them changed."""
+
+    def make(**changes: object) -> Settings:
+        small = {"targets": ("glsl",), "samples": 512, "seed": 0, "origin": Origin.MRM, "jobs": 1, "timeout_s": 120.0}
+        return Settings(**{**small, **changes})
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def check(settings: Callable[..., Settings]) -> Callable[..., list[DocumentResult]]:
+    """Function from a path to the results of its documents, checked in this process."""
+
+    def run(path: Path, **changes: object) -> list[DocumentResult]:
+        missing, requests = collect([path], settings(**changes))
+        return missing + [check_document(request) for request in requests]
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def command() -> list[str]:
+    """What starts `mrm` here, whether or not its script is on the PATH."""
+    return [sys.executable, "-m", "mrm_mtlx.cli.main"]
+
+
+@pytest.fixture(scope="session")
+def environment() -> dict[str, str]:
+    """This process's environment without what would change how the command prints."""
+    plain = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "FORCE_COLOR", "COLUMNS")}
+    return {**plain, "PYTHONUTF8": "1"}
+
+
+@pytest.fixture
+def mrm(
+    command: list[str], environment: dict[str, str], tmp_path: Path
+) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Function from arguments to the finished command, run in the test's folder; no traceback ever reaches a user."""
+
+    def run(*arguments: object, cwd: Path | None = None, **variables: str) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [*command, *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            cwd=cwd or tmp_path,
+            env={**environment, **variables},
+            timeout=TIME_LIMIT_S,
+            check=False,
+        )
+        assert "Traceback" not in done.stderr, done.stderr
+        assert "internal error" not in done.stderr, done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture
+def in_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    """Function from a command and its arguments to the finished command, run in this process and the test's folder.
+
+    It saves a second per call; what a process of its own adds is tested with one call of each command through `mrm`.
+    """
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> Result:
+        done = CliRunner().invoke(app, [str(a) for a in arguments], prog_name="mrm")
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+        return done
+
+    return run
 
 
 @pytest.fixture(scope="session")

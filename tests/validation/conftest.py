@@ -1,4 +1,4 @@
-"""Documents, and ways to check them: here, or in a process of its own with bounds."""
+"""Ways to check documents: in a process of its own with bounds, and with a changed node library."""
 
 from __future__ import annotations
 
@@ -11,14 +11,10 @@ import MaterialX as mx
 import pytest
 
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
-from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.runner import Settings, collect
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
-
-    from mrm_mtlx.validation.results import DocumentResult
 
 # Address space of a bounded check [bytes]. The interpreter with its libraries and a graphics driver maps 1.5 GiB; a
 # document that is expanded without bound passes any limit.
@@ -37,34 +33,6 @@ from mrm_mtlx.cli.main import run
 sys.argv[:2] = ["mrm"]
 run()
 """
-
-
-@pytest.fixture(scope="session")
-def documents(repository: Path) -> Path:
-    """Folder with a pair of documents per rule."""
-    return repository / "tests" / "documents"
-
-
-@pytest.fixture(scope="session")
-def settings() -> Callable[..., Settings]:
-    """Function to settings of a small run, with some of them changed."""
-
-    def make(**changes: object) -> Settings:
-        small = {"targets": ("glsl",), "samples": 512, "seed": 0, "origin": Origin.MRM, "jobs": 1, "timeout_s": 120.0}
-        return Settings(**{**small, **changes})
-
-    return make
-
-
-@pytest.fixture(scope="session")
-def check(settings: Callable[..., Settings]) -> Callable[..., list[DocumentResult]]:
-    """Function from a path to the results of its documents, checked in this process."""
-
-    def run(path: Path, **changes: object) -> list[DocumentResult]:
-        missing, requests = collect([path], settings(**changes))
-        return missing + [check_document(request) for request in requests]
-
-    return run
 
 
 @pytest.fixture(scope="session")
