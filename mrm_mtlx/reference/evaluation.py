@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING, Any, cast
 import MaterialX as mx
 import numpy as np
 
+from mrm_mtlx.library.color_spaces import color_transform
 from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model, nothing
 from mrm_mtlx.reference.closures.light import unit
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.graph import (
-    LINEAR_SPACES,
     Scope,
     binding,
-    color_transform,
     connected_node,
     defining_graph,
     interface_input,
@@ -177,11 +176,12 @@ class Evaluation:
 
     def linear_color(self, value: Array, space: str, document: Any, light: Light) -> Array:
         """Colours in linear Rec.709, through the graph that MaterialX has for their space; alpha stays."""
-        if space in LINEAR_SPACES:
+        definition = color_transform(document, space)
+        if definition is None:
             return value
         # One scope per use: values are kept by scope.
         scope = Scope(f"{space}:{len(self._values)}", values={"in": value[:3]})
-        made = self._graph_values(defining_graph(color_transform(document, space)), scope, light)
+        made = self._graph_values(defining_graph(definition), scope, light)
         color = cast("Array", next(iter(made.values())))
         if len(value) == 3:
             return color
@@ -263,7 +263,9 @@ class Evaluation:
 
     def _is_taken_as_it_is(self, element: Any) -> bool:
         """Whether a colour is a definition's default that generators do not transform; see `Deviation`."""
-        if element.getActiveColorSpace() in LINEAR_SPACES or not element.getParent().isA(mx.NodeDef):
+        if not element.getParent().isA(mx.NodeDef):
+            return False
+        if color_transform(element.getDocument(), element.getActiveColorSpace()) is None:
             return False
         self.met.add(Deviation.DEFAULT_COLORS)
         return Deviation.DEFAULT_COLORS in self.deviations

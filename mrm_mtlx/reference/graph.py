@@ -80,12 +80,3 @@ def defining_graph(definition: Any) -> Any:
     """The graph that defines a node, or None if its hardware implementation is in source, or there is none."""
     implementation = definition.getImplementation("genglsl")
     return implementation if implementation is not None and implementation.isA(mx.NodeGraph) else None
-
-
-def color_transform(document: Any, space: str) -> Any:
-    """The node definition by which MaterialX takes colours of a space to linear Rec.709, or None."""
-    return document.getNodeDef(f"ND_{space}_to_lin_rec709_color3")
-
-
-# Colour spaces whose numbers are taken as they are.
-LINEAR_SPACES = ("", "none", "lin_rec709")

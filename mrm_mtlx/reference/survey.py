@@ -6,7 +6,8 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
-from mrm_mtlx.reference.graph import LINEAR_SPACES, color_transform, connected_node, defining_graph
+from mrm_mtlx.library.color_spaces import is_handled
+from mrm_mtlx.reference.graph import connected_node, defining_graph
 from mrm_mtlx.reference.nodes import NODES
 
 # Graphs deeper than this are refused. Counted are nodes, and what a graph's interface depends on comes on top of the
@@ -125,5 +126,5 @@ class Survey:
         if not given.getValueString() or not (given.getType().startswith("color") or given.getType() == "filename"):
             return
         space = given.getActiveColorSpace()
-        if space not in LINEAR_SPACES and color_transform(given.getDocument(), space) is None:
+        if not is_handled(given.getDocument(), space):
             self.unknown.add(f"colour space {space}")

@@ -173,7 +173,9 @@ RULES: dict[str, Rule] = {
             "DOC_COLOR_SPACE",
             _WARNING,
             "unknown colour space",
-            "MaterialX has no transform from this colour space, so that its generators use the numbers as they are.",
+            "MaterialX has no transform from this colour space, so that its generators use the numbers as they are. It "
+            "is told once for each space. Many names of OpenColorIO's built-in configurations, such as ACES2065-1, are "
+            "unknown to MaterialX's default colour management; a host that has OpenColorIO may convert them.",
             "Use a colour space of MaterialX's library, such as srgb_texture, lin_rec709 or acescg.",
         ),
         Rule(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.library.color_spaces import LINEAR, equivalent, in_opencolorio, is_handled
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
@@ -214,14 +215,24 @@ def check_outputs(document: mx.Document) -> Iterator[Finding]:
 
 
 def check_color_spaces(document: mx.Document) -> Iterator[Finding]:
-    """Colour spaces that MaterialX has no transform for, each once, where it is declared."""
-    library = _library(document)
+    """Colour spaces that MaterialX has no transform for, each once, where it is declared first."""
+    declared: dict[str, list[Any]] = {}
     for element in document.traverseTree():
-        space = element.getAttribute("colorspace")
-        if space in ("", "none", "lin_rec709"):
-            continue
-        if library.getNodeDef(f"ND_{space}_to_lin_rec709_color3") is None:
-            yield finding("DOC_COLOR_SPACE", location(element), f"'{space}' cannot be converted to lin_rec709")
+        if element.getAttribute("colorspace"):
+            declared.setdefault(element.getAttribute("colorspace"), []).append(element)
+    for space, elements in declared.items():
+        if not is_handled(document, space):
+            yield _unknown_space(space, equivalent(document, space), elements)
+
+
+def _unknown_space(space: str, known: str, elements: list[Any]) -> Finding:
+    more = f" (it is declared {len(elements)} times)" if len(elements) > 1 else ""
+    if known:
+        message = f"'{space}' is OpenColorIO's name of {known}, and unknown to MaterialX's generators{more}"
+        return finding("DOC_COLOR_SPACE", location(elements[0]), message, f"Write {known}.")
+    whose = "of OpenColorIO's configurations " if in_opencolorio(space) else ""
+    message = f"'{space}' {whose}cannot be converted to {LINEAR}{more}"
+    return finding("DOC_COLOR_SPACE", location(elements[0]), message)
 
 
 def check_cycles(document: mx.Document) -> Iterator[Finding]:

@@ -237,6 +237,22 @@ def test_a_colour_of_srgb_is_decoded(response):
     assert np.all(np.abs(found - [0.5, 0.75, 0.03125]) > FLOAT32_TOL)
 
 
+@pytest.mark.parametrize(
+    ("name", "library_name"), [("gamma22", "g22_rec709"), ("lin_ap1", "acescg"), ("lin_p3d65_scene", "lin_displayp3")]
+)
+def test_a_colour_is_decoded_by_any_name_of_its_space(response, name, library_name):
+    one, other = (response(paint(f'value="0.5, 0.75, 0.1" colorspace="{space}"')) for space in (name, library_name))
+    np.testing.assert_array_equal(one, other)
+    assert np.all(np.abs(shown(one) - [0.5, 0.75, 0.1]) > FLOAT32_TOL)
+
+
+@pytest.mark.parametrize("space", ["lin_rec709_scene", "Raw"])
+def test_a_colour_that_is_to_be_used_as_it_is_is(response, space):
+    np.testing.assert_allclose(
+        shown(response(paint(f'value="0.5, 0.25, 0.125" colorspace="{space}"'))), [0.5, 0.25, 0.125], rtol=TOL
+    )
+
+
 def test_a_documents_colour_space_holds_for_its_colours_and_not_for_numbers(response):
     inherited = response(paint('value="0.5, 0.5, 0.5"'), attributes='colorspace="srgb_texture"')
     np.testing.assert_allclose(shown(inherited), decoded(0.5), rtol=4 * FLOAT32_TOL)

@@ -146,6 +146,22 @@ CASES = {
         metal(given("ior", "color3", value="1, 1, 1", colorspace="rec2020")),
         [("DOC_COLOR_SPACE", "/metal/ior", "'rec2020' cannot be converted")],
     ),
+    "a colour space by another of its names": (
+        metal(given("ior", "color3", value="1, 1, 1", colorspace="gamma22"))
+        + metal(given("ior", "color3", value="1, 1, 1", colorspace="lin_ap1"), name="b")
+        + metal(given("ior", "color3", value="1, 1, 1", colorspace="lin_rec709_scene"), name="c"),
+        [],
+    ),
+    "numbers as they are, by another name": (metal(given("ior", "color3", value="1, 1, 1", colorspace="Raw")), []),
+    "a colour space by OpenColorIO's name": (
+        metal(given("ior", "color3", value="1, 1, 1", colorspace="Utility - sRGB - Texture")),
+        [("DOC_COLOR_SPACE", "/metal/ior", "OpenColorIO's name of srgb_texture")],
+    ),
+    "a colour space of OpenColorIO's in two places": (
+        metal(given("ior", "color3", value="1, 1, 1", colorspace="ACES2065-1"))
+        + metal(given("ior", "color3", value="1, 1, 1", colorspace="ACES2065-1"), name="b"),
+        [("DOC_COLOR_SPACE", "/metal/ior", "of OpenColorIO's configurations cannot be converted to lin_rec709 (it is")],
+    ),
     "a node that feeds itself": (
         '<multiply name="m" type="float"><input name="in1" type="float" nodename="m"/></multiply>',
         [("DOC_CYCLE", "/m", "the nodes feed each other: m <- m")],

@@ -11,6 +11,7 @@ import numpy as np
 from mrm_mtlx.interchange.gltf.interfaces import file_of, source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Placement, placed_by, through
 from mrm_mtlx.interchange.gltf.properties import ENCODED
+from mrm_mtlx.library.color_spaces import canonical, is_linear
 from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
-# Colour spaces of a file that are taken as numbers.
-_LINEAR = ("", "none", "lin_rec709")
 _CHANNELS = {"outr": 0, "outg": 1, "outb": 2, "outa": 3, "outx": 0, "outy": 1, "outz": 2, "outw": 3}
 _COMPONENTS = {"float": 1, "vector2": 2, "color3": 3, "vector3": 3, "color4": 4, "vector4": 4}
 
@@ -161,13 +160,13 @@ def _made(node: Any, output: str) -> Term:
 
 def _image(node: Any) -> Term:
     file = node.getInput("file")
-    space = "" if file is None else file.getActiveColorSpace()
+    space = "" if file is None else canonical(file.getActiveColorSpace())
     count = _COMPONENTS[node.getType()]
     is_color = node.getType().startswith("color")
     if not file_of(node):
         msg = f"{node.getCategory()} has no file"
         raise InexpressibleError(msg)
-    if is_color and space not in (*_LINEAR, ENCODED):
+    if is_color and space != ENCODED and not is_linear(space):
         msg = f"the image is in the colour space {space}; glTF has sRGB and numbers as they are"
         raise InexpressibleError(msg)
     encoded = is_color and space == ENCODED

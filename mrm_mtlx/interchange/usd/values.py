@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pxr import Gf, Sdf
 
+from mrm_mtlx.library.color_spaces import canonical
+
 if TYPE_CHECKING:
     import MaterialX as mx
 
@@ -41,17 +43,9 @@ _VECTORS = {"float2": Gf.Vec2f, "float3": Gf.Vec3f, "float4": Gf.Vec4f, "color3f
 # Types that MaterialX converts colours of, and images.
 COLORED = ("color3", "color4", "filename")
 
-# Names of the same colour spaces: of USD's own vocabulary (Gf.ColorSpaceNames), and of texture settings in use.
+# Names of colour spaces beyond those of USD's own vocabulary (Gf.ColorSpaceNames) that MaterialX takes: of USD's
+# vocabulary, and of texture settings in use.
 _COLOR_SPACES = {
-    "lin_rec709_scene": "lin_rec709",
-    "srgb_rec709_scene": "srgb_texture",
-    "g22_rec709_scene": "g22_rec709",
-    "g18_rec709_scene": "g18_rec709",
-    "lin_ap1_scene": "acescg",
-    "g22_ap1_scene": "g22_ap1",
-    "lin_adobergb_scene": "lin_adobergb",
-    "srgb_p3d65_scene": "srgb_displayp3",
-    "lin_p3d65_scene": "lin_displayp3",
     "sRGB": "srgb_texture",
     "raw": "none",
     "data": "none",
@@ -112,7 +106,7 @@ def to_text(value: Any) -> str:
 
 def color_space(name: str) -> str:
     """MaterialX's name of a colour space of USD; unknown ones as they are."""
-    return _COLOR_SPACES.get(name, name)
+    return _COLOR_SPACES.get(name, canonical(name))
 
 
 def outputs_of(definition: mx.NodeDef) -> list[str]:

@@ -13,8 +13,9 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.interchange.usd.scope import TERMINALS, Scope, create_outputs, is_connected, reached_from
 from mrm_mtlx.interchange.usd.values import COLORED, SDF_TYPES, sdf_type, to_usd
+from mrm_mtlx.library.color_spaces import is_linear
 from mrm_mtlx.reference.evaluation import unit_scale
-from mrm_mtlx.reference.graph import LINEAR_SPACES, defining_graph
+from mrm_mtlx.reference.graph import defining_graph
 from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
@@ -283,10 +284,11 @@ class _Writer:
         if graph is not None and given.getType() == "filename":
             inputs = [i for node in graph.getNodes() for i in node.getInputs()]
             readers = [i for i in inputs if i.getInterfaceName() == given.getName()]
-        spaces = {reader.getActiveColorSpace() for reader in readers} - set(LINEAR_SPACES)
-        if len(spaces) > 1 or (spaces and any(r.getActiveColorSpace() in LINEAR_SPACES for r in readers)):
+        active = [reader.getActiveColorSpace() for reader in readers]
+        spaces = {space for space in active if not is_linear(space)}
+        if len(spaces) > 1 or (spaces and any(is_linear(space) for space in active)):
             self._lose(given, "its image is read in several colour spaces; one of them is written")
         # Read back, what says nothing is in the document's space, whatever its graph was in.
-        is_said = self._document.getColorSpace() not in LINEAR_SPACES
-        linear = [reader.getActiveColorSpace() if is_said else reader.getColorSpace() for reader in readers]
+        is_said = not is_linear(self._document.getColorSpace())
+        linear = active if is_said else [reader.getColorSpace() for reader in readers]
         return min(spaces, default=max(linear, default=""))
