@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-from mrm_mtlx.cli.options import printable
+from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported

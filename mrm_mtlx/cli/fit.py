@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mrm_mtlx.cli.options import Seed, TableFormat, printable
+from mrm_mtlx.cli.options import Seed, TableFormat
+from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

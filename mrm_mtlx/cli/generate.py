@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, OslModeName
+from mrm_mtlx.text import printable
 
 
 def register(app: typer.Typer) -> None:
@@ -43,7 +44,7 @@ def generate(
         try:
             shader = generate_shader(renderable, target, data, OslMode(osl_mode.value))
         except GenerationError as error:
-            typer.echo(f"error SHADER_GENERATE /{renderable.getNamePath()}: {error}", err=True)
+            typer.echo(printable(f"error SHADER_GENERATE /{renderable.getNamePath()}: {error}"), err=True)
             raise typer.Exit(1) from error
         for stage, suffix in TARGETS[target].suffixes.items():
             if output is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -23,6 +23,7 @@ from mrm_mtlx.cli import (
     validate,
     vectors,
 )
+from mrm_mtlx.text import printable, text_lines
 
 app = typer.Typer(
     name="mrm",
@@ -83,13 +84,14 @@ def run() -> None:
     sys.exit(status if isinstance(status, int) else 0)
 
 
-def _report(error: Exception) -> int:
+def _report(error: Any) -> int:
     """Show a usage error as such, anything else as an internal error in one line."""
     if hasattr(error, "show") and hasattr(error, "exit_code"):
+        error.message = printable(str(error.message))  # it may name what a document says
         error.show()
         return int(error.exit_code)
-    message = str(error).strip().splitlines()[0] if str(error).strip() else "no message"
-    print(f"mrm: internal error: {type(error).__name__}: {message}", file=sys.stderr)
+    message = text_lines(str(error).strip())[0] or "no message"
+    print(printable(f"mrm: internal error: {type(error).__name__}: {message}"), file=sys.stderr)
     return 2
 
 

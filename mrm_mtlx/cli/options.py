@@ -119,8 +119,3 @@ def write_file(path: Path, text: str) -> None:
             unfinished.write_text(text, encoding="utf-8")
     except OSError as error:
         raise typer.BadParameter(f"{path} cannot be written: {error.strerror}", param_hint="--output") from error
-
-
-def printable(text: str) -> str:
-    """Text of a document without control characters, which could drive the terminal."""
-    return "".join(c if c.isprintable() else " " for c in text)

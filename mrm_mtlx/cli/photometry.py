@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Output, TableFormat, printable
+from mrm_mtlx.cli.options import Output, TableFormat
+from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -236,7 +237,7 @@ class _Run:
         try:
             report = measure(brdf, self._limits, self._settings, *self._grid)
         except ValueError as error:
-            typer.echo(f"mrm: /{printable(opened.name)} has {error}", err=True)
+            typer.echo(printable(f"mrm: /{opened.name} has {error}"), err=True)
             raise typer.Exit(1) from error
         opened.refuse_missing_images()
         self._brdfs.append((opened.name, brdf))
@@ -296,7 +297,7 @@ class _Run:
             drawing.save(coefficients_drawing.picture(panels), path)
         except ValueError as error:
             raise typer.BadParameter(str(error), param_hint="--plot") from error
-        typer.echo(f"wrote {path} (/{name})", err=True)
+        typer.echo(printable(f"wrote {path} (/{name})"), err=True)
 
     def _reports(self) -> list[Report]:
         return [report for document in self._documents for report in document.surfaces.values()]

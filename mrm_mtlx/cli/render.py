@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Seed, refuse_missing_folder
+from mrm_mtlx.text import printable
 
 
 class ShapeName(StrEnum):
@@ -102,10 +103,10 @@ def render(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     except GenerationError as error:
-        typer.echo(f"error SHADER_GENERATE /{opened.elements[0].getNamePath()}: {error}", err=True)
+        typer.echo(printable(f"error SHADER_GENERATE /{opened.elements[0].getNamePath()}: {error}"), err=True)
         raise typer.Exit(1) from error
     except CompileError as error:
-        typer.echo(f"error SHADER_COMPILE: {error}", err=True)
+        typer.echo(printable(f"error SHADER_COMPILE: {error}"), err=True)
         raise typer.Exit(1) from error
     except osl.RuntimeFailure as error:
         typer.echo(f"mrm: {error}", err=True)

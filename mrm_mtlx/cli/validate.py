@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Samples, Seed, Targets, printable
+from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Samples, Seed, Targets
+from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.engines.availability import Availability
 from mrm_mtlx.library.console import silenced
+from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
     from mrm_mtlx.shadergen import Shader
@@ -43,7 +44,7 @@ def slang_availability() -> Availability:
         _slang_session()
     except Exception as error:  # a missing module, or a device that the bindings cannot make
         reason = "slangc and slangpy not found" if isinstance(error, ImportError) else f"slangpy: {error}"
-        return Availability(False, reason.splitlines()[0], SLANG_REMEDY)
+        return Availability(False, text_lines(reason)[0], SLANG_REMEDY)
     return Availability(True, "slangpy")
 
 
@@ -109,7 +110,7 @@ def _with_source(log: str, source: str, first_line: int = 1) -> str:
     if not log:
         return ""
     match = re.search(r"^.*\berror\b.*$", log, re.MULTILINE | re.IGNORECASE)
-    message = match[0] if match else log.splitlines()[0]
+    message = match[0] if match else text_lines(log)[0]
     # glslang puts the place before the message, `ERROR: shader.frag:12: ...`; slang on the next line, `--> name:12:5`.
     place = re.search(r":(\d+)(?::|$)", log[match.start() if match else 0 :], re.MULTILINE)
     number, lines = int(place[1]) - first_line + 1 if place else 0, source.split("\n")

@@ -57,11 +57,6 @@ def shown(text: str, quote: str = "'") -> str:
     return f"{quote}{text if len(text) <= _LONGEST else text[:_LONGEST] + '...'}{quote}"
 
 
-def printable(text: str) -> str:
-    """Text without control characters."""
-    return "".join(c if c.isprintable() else " " for c in text)
-
-
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):

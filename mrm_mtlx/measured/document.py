@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from mrm_mtlx.measured.model import COAT_IOR, DIGITS, Family, falloff
+from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -153,6 +154,6 @@ def _comment(notes: Sequence[str]) -> list[str]:
 
     lines = []
     for note in notes:
-        plain = re.sub(r"-{2,}", "-", "".join(c if c.isprintable() else " " for c in note))
+        plain = re.sub(r"-{2,}", "-", printable(note))
         lines += textwrap.wrap(plain, _COMMENT_WIDTH, initial_indent=_INDENT, subsequent_indent=_INDENT)
     return ["<!--", *lines, "-->"]

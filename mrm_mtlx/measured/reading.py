@@ -8,6 +8,7 @@ from mrm_mtlx.measured.alta import read_alta
 from mrm_mtlx.measured.merl import is_merl, read_merl
 from mrm_mtlx.measured.table import is_table, read_table
 from mrm_mtlx.measured.text import opened
+from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +47,7 @@ def read(path: Path) -> Measurement | CoefficientSamples:
     ending = _ENDINGS.get(path.suffix.lower())
     if b"\0" not in head:
         text = head.decode("utf-8", errors="replace")
-        if any(line.startswith(("#DIM", "#PARAM_IN", "#PARAM_OUT")) for line in text.splitlines()):
+        if any(line.startswith(("#DIM", "#PARAM_IN", "#PARAM_OUT")) for line in text_lines(text)):
             return read_alta(path)
         if is_table(text):
             return read_table(path)

@@ -23,6 +23,7 @@ import numpy as np
 
 from mrm_mtlx.measured.measurement import GRAZING, CoefficientSamples, Measurement
 from mrm_mtlx.measured.text import LineError, finite, lines, located, opened, shown
+from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -89,7 +90,7 @@ def read_table(path: Path) -> Measurement | CoefficientSamples:
 
 def is_table(head: str) -> bool:
     """Whether the first line of a file that is no comment looks like names of columns."""
-    for line in head.splitlines():
+    for line in text_lines(head):
         if line.strip() and not line.lstrip("\ufeff").startswith("#"):
             return any(letter.isalpha() for letter in line) and "," in line
     return False

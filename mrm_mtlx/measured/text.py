@@ -6,6 +6,8 @@ import math
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from mrm_mtlx.text import printable
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
@@ -90,5 +92,5 @@ def finite(word: str, line: int) -> float:
 
 def shown(text: str) -> str:
     """A word of the file, in quotes, of a length that fits a message and without control characters."""
-    plain = "".join(c if c.isprintable() else " " for c in text)
+    plain = printable(text)
     return f"'{plain if len(plain) <= 40 else plain[:40] + '...'}'"

@@ -11,6 +11,7 @@ import MaterialX as mx
 
 from mrm_mtlx.library.color_spaces import LINEAR, equivalent, in_opencolorio, is_handled
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
+from mrm_mtlx.text import text_lines
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def check_graph(document: mx.Document) -> list[Finding]:
     findings += check_color_spaces(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
-        for line in messages.strip().splitlines():
+        for line in text_lines(messages.strip()):
             if not (explained and line.startswith(_COVERED)):
                 findings.append(finding("DOC_INVALID", "", line.strip()))
     return findings

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
+from mrm_mtlx.text import printable, text_lines
 from mrm_mtlx.validation.findings import Severity
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def verdict(result: ValidationResult, *, strict: bool) -> str:
         f"{result.checked} checked",
         skipped,
     ]
-    return f"{word}  {', '.join(counts)}"
+    return printable(f"{word}  {', '.join(counts)}")
 
 
 def to_json(result: ValidationResult) -> str:
@@ -86,8 +86,8 @@ def to_github(result: ValidationResult) -> str:
     for document in result.documents:
         for found in document.findings:
             place = f"{found.location}: " if found.location else ""
-            properties = f"file={_escape(document.path, ':,')},title={_escape(found.code, ':,')}"
-            message = _escape(f"{place}{found.message} {found.hint}")
+            properties = f"file={_escape(printable(document.path), ':,')},title={_escape(found.code, ':,')}"
+            message = _escape(_printable_lines(f"{place}{found.message} {found.hint}"))
             lines.append(f"::{found.severity} {properties}::{message}")
     return "\n".join(lines)
 
@@ -105,23 +105,24 @@ def _junit_suite(suites: ET.Element, document: DocumentResult) -> None:
     suite = ET.SubElement(
         suites,
         "testsuite",
-        name=_xml(document.path),
+        name=printable(document.path),
         tests=str(len(cases)),
         failures=str(kinds.count("failure")),
         skipped=str(kinds.count("skipped")),
         errors="0",
     )
     for name, kind, text in cases:
-        case = ET.SubElement(suite, "testcase", classname=_xml(document.path), name=_xml(name))
+        case = ET.SubElement(suite, "testcase", classname=printable(document.path), name=printable(name))
         if kind == "system-out":
-            ET.SubElement(case, kind).text = _xml(text)
+            ET.SubElement(case, kind).text = _printable_lines(text)
         elif kind:
-            ET.SubElement(case, kind, message=_xml(text.split("\n")[0])).text = _xml(text)
+            shown = _printable_lines(text)
+            ET.SubElement(case, kind, message=text_lines(shown)[0]).text = shown
 
 
-def _xml(text: str) -> str:
-    """Text without what XML 1.0 cannot hold (section 2.2): controls, lone surrogates, U+FFFE and U+FFFF."""
-    return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+def _printable_lines(text: str) -> str:
+    """Text whose quoted source keeps its lines; what is printable is what XML 1.0 can hold, too (section 2.2)."""
+    return "\n".join(map(printable, text_lines(text)))
 
 
 def _escape(text: str, also: str = "") -> str:

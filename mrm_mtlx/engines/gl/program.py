@@ -15,6 +15,7 @@ from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
 from mrm_mtlx.engines.gl.textures import stand_in, upload
 from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
 from mrm_mtlx.shadergen.generate import LIGHT_TYPES
+from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -270,6 +271,6 @@ def _parse_log(log: str, source: str) -> list[CompileMessage]:
         text = lines[number - 1].strip() if 0 < number <= len(lines) else ""
         messages.append(CompileMessage(number, text, match[2].strip()))
     if not messages:
-        kept = [line.strip() for line in log.splitlines() if line.strip() and not set(line.strip()) <= set("=-")]
+        kept = [line.strip() for line in text_lines(log) if line.strip() and not set(line.strip()) <= set("=-")]
         messages.append(CompileMessage(0, "", " ".join(kept) or "the driver gave no reason"))
     return messages

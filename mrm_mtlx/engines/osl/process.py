@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.availability import Availability
+from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -199,7 +200,7 @@ class CyclesProcess:
         for name in ("start.log", "cycles.log"):
             path = self.folder / name
             text = path.read_text(encoding="utf-8", errors="replace").strip() if path.is_file() else ""
-            words = text.splitlines()[-1] if text else words
+            words = text_lines(text)[-1] if text else words
         return f"the OSL runtime ended with {cause} in '{operation}'" + (f": {words}" if words else "")
 
 

@@ -18,8 +18,9 @@ from urllib.parse import unquote
 from mrm_mtlx.interchange import json_text
 from mrm_mtlx.interchange.gltf.schema import problems
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
-from mrm_mtlx.interchange.json_text import kind, printable, shown
+from mrm_mtlx.interchange.json_text import kind, shown
 from mrm_mtlx.library.files import resolve_inside
+from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
     from pathlib import Path

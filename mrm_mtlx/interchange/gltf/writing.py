@@ -75,7 +75,7 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
             try:
                 largest, mean = comparison.difference(*pair, transmits=transmits)
             except (UnsupportedError, RecursionError) as error:
-                remarks.append(Remark(LOST, place, f"it was written and not compared: the reference has no {error}"))
+                remarks.append(Remark(LOST, place, f"it was written and not compared: {error}"))
                 continue
             if largest > comparison.ROUNDING:
                 message = f"as glTF, its values differ by up to {_share(largest)}, {_share(mean)} in the mean"

@@ -12,6 +12,7 @@ from mrm_mtlx.interchange import gltf
 from mrm_mtlx.interchange.gltf import closures, comparison, schema, slots
 from mrm_mtlx.interchange.gltf.container import open_container
 from mrm_mtlx.interchange.imported import Imported, NothingToWriteError
+from mrm_mtlx.reference import UnsupportedError
 
 TEXELS = np.array([[[230, 110, 60], [90, 140, 200]], [[40, 180, 100], [150, 70, 240]]])
 
@@ -608,6 +609,17 @@ def test_what_is_seen_through_a_material_is_compared(imported, written):
     lost, apart = (remark.message for remark in remarks)
     assert "noise2d, which has no form" in lost
     assert "its values differ by up to" in apart  # the base colour shows in what is transmitted alone
+
+
+def test_a_material_that_the_reference_does_not_know_is_written_and_said_not_to_be_compared(
+    imported, written, monkeypatch
+):
+    def unknown(*_, **__):
+        raise UnsupportedError(["ND_thing"])
+
+    monkeypatch.setattr(comparison, "difference", unknown)
+    _, remarks = written(imported(model(number("roughness", 0.5))))
+    assert [r.message for r in remarks] == ["it was written and not compared: the reference does not know ND_thing"]
 
 
 def test_an_image_of_more_pixels_than_are_looked_into_is_said(images, imported, written, monkeypatch):

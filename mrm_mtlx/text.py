@@ -1,0 +1,17 @@
+"""Text that nobody vouches for, as it is shown: on a terminal, in a report, in a message."""
+
+from __future__ import annotations
+
+
+def printable(text: str) -> str:
+    """Text on one line in which every character is one that is seen.
+
+    Controls, which could drive a terminal, marks of direction, which could make a line read as another, the separators
+    of lines and paragraphs of Unicode, and what is no character are a space each.
+    """
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+def text_lines(text: str) -> list[str]:
+    """The lines of a text, ended by a line feed alone: `str.splitlines` knows eleven ends of a line."""
+    return text.replace("\r\n", "\n").removesuffix("\n").split("\n")
