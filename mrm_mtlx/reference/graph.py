@@ -27,20 +27,28 @@ class Scope:
     values: Mapping[str, Value] = field(default_factory=dict)
 
 
+def shown(element: Any) -> tuple[Any, str] | None:
+    """The node that gives what a renderable element shows, and the name of its output, "" for the first; or None.
+
+    That is a material's surface shader, or a material of its own; of an output, whatever it is connected to.
+    """
+    port = element.getInput("surfaceshader") if element.getCategory() == "surfacematerial" else element
+    if port is None or port.isA(mx.Node):
+        return None if port is None else (port, "")
+    found = source(port, Scope())
+    return None if found is None else found[:2]
+
+
 def shader_node(element: Any) -> Any:
-    """The node that gives what a renderable element shows: its surface shader, or a material of its own; or None."""
-    if element.isA(mx.Output):
-        return element.getConnectedNode()
-    if element.getCategory() == "surfacematerial":
-        shader = element.getInput("surfaceshader")
-        return None if shader is None else connected_node(shader)
-    return element
+    """The node of `shown`, or None."""
+    found = shown(element)
+    return None if found is None else found[0]
 
 
 def connected_node(element: Any) -> Any:
     """The node that an input or output takes its value from, through graphs' outputs, or None."""
-    output = element.getConnectedOutput()
-    return output.getConnectedNode() if output is not None else element.getConnectedNode()
+    found = source(element, Scope())
+    return element.getConnectedNode() if found is None else found[0]
 
 
 def source(element: Any, scope: Scope) -> tuple[Any, str, Scope] | None:

@@ -107,7 +107,8 @@ def value_sign(pattern: int, index: int) -> float:
 class Tolerance:
     """What a float32 result may differ by, per sample and channel.
 
-    `expected` and `allowed` have shape (samples, 3); `scale` is the largest expected value, the lobe's own scale.
+    `expected` and `allowed` have shape (samples, channels); `scale` is the largest expected value, the
+    lobe's own scale.
     """
 
     expected: Array

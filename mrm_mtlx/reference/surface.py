@@ -10,8 +10,9 @@ import numpy as np
 
 from mrm_mtlx.bsdf.blocks import BLOCK, processors
 from mrm_mtlx.reference.closures import Facets, Model
+from mrm_mtlx.reference.display import CHANNELS, SHADERS, displayed
 from mrm_mtlx.reference.evaluation import LIGHT, Discrete, Evaluation, Illumination
-from mrm_mtlx.reference.graph import Scope, connected_node, shader_node
+from mrm_mtlx.reference.graph import Scope, connected_node, shown
 from mrm_mtlx.reference.nodes import ShaderValue
 from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.rounding import EXACT, OUTPUT_ROUNDINGS, SMALLEST, UNIT, Move, Tolerance, moves, opposite_moves
@@ -55,7 +56,8 @@ class Surface:
     Parameters
     ----------
     element
-        A material, or an output or node of type surfaceshader, in a document whose data library is set.
+        A material, a node of type surfaceshader, or an output, in a document whose data library is set. An output that
+        is no shader (a number, a colour, a vector) shows its value, whatever the light.
     model
         Whose microfacet lobes: those of the hardware targets, or of OSL's closures.
     deviations
@@ -68,6 +70,8 @@ class Surface:
     ----------
     met
         Where MaterialX's code may deviate from the specification, of everything that `tolerance` has evaluated so far.
+    is_pattern
+        Whether it is such an output: there are no lobes, and no light is reflected.
 
     Raises
     ------
@@ -90,9 +94,14 @@ class Surface:
         self._deviations = deviations
         self.met: set[Deviation] = set()
         self._document = element.getDocument()  # elements do not keep their document alive
-        self._root = shader_node(element)
+        self._root = shown(element)
+        self._kind = str(element.getType())
+        self.is_pattern = self._kind not in SHADERS
         survey = Survey()
-        survey.visit(self._root)
+        if self.is_pattern and self._kind not in CHANNELS:
+            survey.unknown.add(f"outputs of type {self._kind}, which shaders show as black")
+        if self._root is not None:
+            survey.visit(self._root[0])
         if survey.unknown:
             raise UnsupportedError(sorted(survey.unknown))
 
@@ -109,7 +118,10 @@ class Surface:
         return _in_blocks(reflected, points)
 
     def shade(self, points: ShadingPoints, illumination: Illumination = LIGHT, move: Move = EXACT) -> Array:
-        """What a hardware shader writes: reflected, transmitted and emitted light times the opacity, (samples, 3)."""
+        """What a hardware shader writes: reflected, transmitted and emitted light times the opacity, (samples, 3).
+
+        Of an output that is no shader, its value as a colour; (samples, 4) if that has an alpha.
+        """
         return _in_blocks(lambda part: self._color(part, illumination, move), points)
 
     def traits(self, points: ShadingPoints) -> Traits:
@@ -134,14 +146,15 @@ class Surface:
             return np.concatenate(self._tolerance(part, illumination), axis=1)
 
         found = _in_blocks(both, points)
-        return Tolerance(found[:, :3], found[:, 3:])
+        return Tolerance(*np.split(found, 2, axis=1))
 
     def _tolerance(self, points: ShadingPoints, illumination: Illumination) -> tuple[Array, Array]:
         exact = self._evaluation(points, illumination, EXACT)
         expected = self._result(exact)
         allowed = OUTPUT_ROUNDINGS * UNIT * np.abs(expected) + SMALLEST
         self.met |= exact.met
-        chosen = [move for move in moves(self._model) if illumination.light or np.ndim(move.light) == 0]
+        is_lit = illumination.light and not self.is_pattern
+        chosen = [move for move in moves(self._model) if is_lit or np.ndim(move.light) == 0]
         if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
             chosen += opposite_moves()
         for move in chosen:
@@ -164,16 +177,15 @@ class Surface:
         return self._result(self._evaluation(points, illumination, move, exact))
 
     def _result(self, evaluation: Evaluation) -> Array:
-        """Colour, shape (samples, 3); a material without a shader is black."""
-        value = self._value(evaluation)
-        color = value.color if isinstance(value, ShaderValue) else np.zeros((3, 1))
-        return np.ascontiguousarray(np.broadcast_to(color, (3, len(evaluation.points))).T)
+        """What is shown, shape (samples, channels)."""
+        color = displayed(self._value(evaluation), self._kind)
+        return np.ascontiguousarray(np.broadcast_to(color, (len(color), len(evaluation.points))).T)
 
     def _value(self, evaluation: Evaluation) -> Value | None:
         if self._root is None:
             return None
         with np.errstate(all="ignore"):  # 0/0 of degenerate input is what the shader has, too
-            return evaluation.node_value(self._root, "", Scope(), evaluation.light)
+            return evaluation.node_value(*self._root, Scope(), evaluation.light)
 
 
 def constant_input(node: Any, name: str) -> Array | str | None:

@@ -36,7 +36,8 @@ class Comparison:
     differing
         How many samples are off by more than is allowed.
     worst
-        The sample of `excess`: `v`, `l` (local frame), `found`, `expected` (RGB), its `error` and `tolerance`.
+        The sample of `excess`: `v`, `l` (local frame), `found`, `expected` (RGB, and alpha where the reference has
+        one), its `error` and `tolerance`.
     """
 
     samples: int
@@ -59,16 +60,17 @@ def draw(
     uniforms: Mapping[str, Any] | None = None,
     lighting: Lighting | None = None,
 ) -> NDArray[np.float32]:
-    """Colours that the shader gives for the samples, (samples, 3).
+    """Colours that the shader gives for the samples, and their alpha, (samples, 4).
 
     Without `lighting`, under the one directional light of the samples, of unit irradiance.
     """
     inputs = program.surface_inputs(points.position, points.normal, points.tangent, points.texcoord, points.properties)
-    return program.draw(inputs, lighting or Lighting(DirectionalLight(tuple(points.light))), uniforms)[:, :3]
+    return program.draw(inputs, lighting or Lighting(DirectionalLight(tuple(points.light))), uniforms)
 
 
 def compare(found: NDArray[np.floating], tolerance: Tolerance, points: ShadingPoints) -> Comparison:
-    """Compare the shader's colours with the reference's, sample by sample."""
+    """Compare the shader's colours with the reference's, sample by sample, in the channels that the reference has."""
+    found = found[:, : tolerance.expected.shape[1]]
     errors = tolerance.relative_errors(found)
     excess = tolerance.excess(found)
     worst = int(np.argmax(excess))

@@ -64,8 +64,9 @@ class ElementCheck:
     def _prepare_reference(self) -> None:
         rng = sampling.generator(self._request.seed, self._renderable.name)
         self._expectation = Expectation(self._element, rng, self._request.samples, self._images)
-        if self._expectation.surface is not None:
-            self._check_energy(self._expectation.surface, self._expectation.lobes, rng)
+        surface = self._expectation.surface
+        if surface is not None and not surface.is_pattern:
+            self._check_energy(surface, self._expectation.lobes, rng)
 
     def _check_energy(self, surface: Surface, lobes: list[sampling.LobeShape], rng: np.random.Generator) -> None:
         # Four standard errors: one false alarm in 30,000 view angles at which a surface reflects exactly the bound.

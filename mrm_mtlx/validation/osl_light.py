@@ -52,6 +52,8 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
         surface = Surface(element, Model.CLOSURES)
     except (UnsupportedError, RecursionError) as error:
         return str(error)
+    if surface.is_pattern:
+        return "it is no shader, and a renderer of OSL shows closures alone"
     traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 64)))
     lobes = [shape_of(facets) for facets in traits.lobes if not facets.off]
     kinds = traits.foreign & {ORDINARY, RETROREFLECTIVE}
