@@ -11,13 +11,13 @@ from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
+from mrm_mtlx.validation.checks.elements import location
 from mrm_mtlx.validation.compiling import check_compiles
 from mrm_mtlx.validation.drawing import GL_TARGETS, DocumentImages, check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.flag_use import ignores_flag
-from mrm_mtlx.validation.graph_checks import location
 from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants

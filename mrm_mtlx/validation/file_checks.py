@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.library.files import MAXIMUM_BYTES, resolve_inside
+from mrm_mtlx.validation.checks.elements import location, nodes_of
 from mrm_mtlx.validation.findings import Finding, finding
-from mrm_mtlx.validation.graph_checks import location, nodes_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

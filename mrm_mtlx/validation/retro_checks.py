@@ -9,8 +9,8 @@ import numpy as np
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES, PARTIAL_NODES, amount_input
 from mrm_mtlx.reference import constant_input
 from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
+from mrm_mtlx.validation.checks.elements import location, nodes_of
 from mrm_mtlx.validation.findings import Finding, finding
-from mrm_mtlx.validation.graph_checks import location, nodes_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.validation.checks.cycles import MAXIMUM_CHAIN
 from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.graph_checks import MAXIMUM_CHAIN, check_graph
+from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.retro_checks import check_retroreflection
 
 SHOWN = (

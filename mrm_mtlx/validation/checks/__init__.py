@@ -1,0 +1,1 @@
+"""Checks of a document's structure, by subject."""
