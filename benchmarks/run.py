@@ -305,6 +305,7 @@ def usd() -> None:
     """Reading the materials of a stage of many prims: safe opening, translation, USD's own validators."""
     from mrm_mtlx.interchange.usd import read
     from mrm_mtlx.library import load_library
+    from mrm_mtlx.library.files import Reach
 
     materials = "".join(_MATERIAL.format(k) for k in range(MATERIALS))
     meshes = "".join(_MESH.format(k, k % MATERIALS) for k in range(PRIMS))
@@ -313,8 +314,8 @@ def usd() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "stage.usda")
         path.write_text(f'{head}def Xform "W" {{\n{materials}{meshes}}}\n', encoding="utf-8")
-        remarks = read(path, path.parent, library, path.parent).remarks
-        taken = best_time(lambda: read(path, path.parent, library, path.parent), 3)
+        remarks = read(path, Reach.beside(path), library, path.parent).remarks
+        taken = best_time(lambda: read(path, Reach.beside(path), library, path.parent), 3)
     print(f"reading {MATERIALS} materials of a stage of {PRIMS} prims: {taken:.2f} s, {len(remarks)} remarks")
 
 

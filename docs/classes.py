@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.library import class_materials_folder, load_library
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.measured.classes import MATERIALS, entrance
 from mrm_mtlx.measured.performance import CEILINGS
 from mrm_mtlx.photometry import document_brdf
@@ -215,7 +216,7 @@ def pictures() -> None:
         panels = []
         for light_degrees, exposure in ((30.0, 1.0), (0.5, 1.0 / 200.0)):
             settings = picture.Settings(SHAPES.get(material.name, "sphere"), light_degrees, PANEL, None, compare=False)
-            fine = picture.render(element, library, class_materials_folder(), settings)
+            fine = picture.render(element, library, Reach.only(class_materials_folder()), settings)
             square = (PANEL, picture.OVERSAMPLING, PANEL, picture.OVERSAMPLING, 3)
             panels.append(exposure * np.asarray(fine).reshape(square).mean(axis=(1, 3)))
         axis.imshow(np.clip(np.concatenate(panels, axis=1), 0.0, 1.0) ** (1.0 / 2.2), interpolation="lanczos")

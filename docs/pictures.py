@@ -16,6 +16,7 @@ import OpenImageIO as oiio
 from mrm_mtlx.engines import osl
 from mrm_mtlx.interchange.formats import format_of
 from mrm_mtlx.library import load_library, materials_folder
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.images import read_image
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode, renderable_elements
@@ -58,7 +59,7 @@ def comparison(path: Path, shape: str, size: int) -> NDArray[np.float32]:
     mx.readFromXmlFile(document, str(path))
     document.setDataLibrary(library.document)
     settings = picture.Settings(shape, None, size, None, compare=True)
-    radiance = picture.render(renderable_elements(document)[0], library, path.parent, settings)
+    radiance = picture.render(renderable_elements(document)[0], library, Reach.beside(path), settings)
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "picture.png"
         picture.write(radiance, target, None)
@@ -104,7 +105,7 @@ def five_in_osl() -> None:
             settings = picture.Settings(shape, angle, FIVE_PANEL, None, compare=False)
             panels = [in_opengl(path, library, settings)]
             panels += [
-                path_traced.render(*renderable(path, library), path.parent, settings, paths=32, mode=mode)
+                path_traced.render(*renderable(path, library), Reach.beside(path), settings, paths=32, mode=mode)
                 for mode in (OslMode.ALIGNED, OslMode.CYCLES)
             ]
             for mode, panel in zip(("aligned", "cycles"), panels[1:], strict=True):
@@ -134,14 +135,16 @@ def three_formats() -> None:
             scratch.mkdir()
             form = format_of(path)
             assert form is not None
-            form.write(read_document(paths[0], Path(folder), library, scratch)[0], path, library)
+            form.write(
+                read_document(paths[0], Reach(paths[0].parent, Path(folder)), library, scratch)[0], path, library
+            )
         for column, path in enumerate(paths):
             scratch = Path(folder) / f"of_{path.suffix[1:]}"
             scratch.mkdir()
-            read, _ = read_document(path, Path(folder), library, scratch)
+            read, _ = read_document(path, Reach.beside(path), library, scratch)
             for row, angle in enumerate((None, 30.0)):
                 settings = picture.Settings("cone", angle, 256, None, compare=False)
-                image = picture.render(renderable_elements(read.document)[0], library, read.folder, settings)
+                image = picture.render(renderable_elements(read.document)[0], library, read.reach, settings)
                 image = image.reshape(256, picture.OVERSAMPLING, 256, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
                 first = firsts.setdefault(angle, image)
                 print(f"{path.name:10} {angle or 0:4g} deg  largest {np.abs(image - first).max():.1e}")
@@ -202,7 +205,7 @@ def renderable(path: Path, library: DataLibrary) -> tuple[Any, DataLibrary]:
 
 def in_opengl(path: Path, library: DataLibrary, settings: picture.Settings) -> NDArray[np.floating]:
     """Linear radiance as the OpenGL engine has it, one value per pixel."""
-    image = picture.render(*renderable(path, library), path.parent, settings)
+    image = picture.render(*renderable(path, library), Reach.beside(path), settings)
     size = settings.size
     return image.reshape(size, picture.OVERSAMPLING, size, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import refuse_missing_folder
+from mrm_mtlx.cli.options import Roots, refuse_missing_folder
 
 if TYPE_CHECKING:
     from mrm_mtlx.cli.openmaterial import Options
@@ -58,6 +58,7 @@ def convert(
     element: Annotated[
         str | None, typer.Option("--element", metavar="NAME", help="Element whose R_A it is; default: the first.")
     ] = None,
+    root: Roots = None,
 ) -> None:
     """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it."""
     from mrm_mtlx.cli import openmaterial
@@ -70,16 +71,16 @@ def convert(
         for name, value in (("--output", output), ("--to", to), ("--into", into), ("--at", at)):
             if value is not None:
                 raise typer.BadParameter("not with --compare, which writes nothing", param_hint=name)
-        openmaterial.convert(path, None, options)
+        openmaterial.convert(path, None, options, root)
         return
     if output is None:
         raise typer.BadParameter("expected a file to write, or --compare", param_hint="OUTPUT")
     refuse_missing_folder(output, "OUTPUT")
     if to is FormatName.OPENMATERIAL or output.suffix.lower() == OPENMATERIAL_SUFFIX:
-        openmaterial.convert(path, output, options)
+        openmaterial.convert(path, output, options, root)
     else:
         _refuse(options)
-        _translate(path, output)
+        _translate(path, output, root)
 
 
 def _refuse(options: Options) -> None:
@@ -89,7 +90,7 @@ def _refuse(options: Options) -> None:
             raise typer.BadParameter(f"only for {OPENMATERIAL_SUFFIX}, OpenMATERIAL", param_hint=f"--{name}")
 
 
-def _translate(path: Path, output: Path) -> None:
+def _translate(path: Path, output: Path, roots: list[Path] | None) -> None:
     """Read a file of one format, write one of another; what is lost goes to stderr."""
     from mrm_mtlx.cli.documents import open_document, print_findings
     from mrm_mtlx.interchange.formats import DOCUMENT, SUFFIXES, format_of
@@ -106,7 +107,7 @@ def _translate(path: Path, output: Path) -> None:
     if form is source:
         raise typer.BadParameter(f"{path} is {form.name} already", param_hint="OUTPUT")
     library = load_library()
-    opened = open_document(path, library, None)
+    opened = open_document(path, library, None, roots)
 
     def said(remarks: list[Remark]) -> list[Finding]:
         found = [finding(*remark._replace(place=opened.imported.place(remark.place))) for remark in remarks]

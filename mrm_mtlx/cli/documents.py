@@ -32,8 +32,12 @@ class OpenDocument(NamedTuple):
         return self.imported.document
 
 
-def open_document(path: Path, library: DataLibrary, element: str | None) -> OpenDocument:
+def open_document(
+    path: Path, library: DataLibrary, element: str | None, roots: list[Path] | None = None
+) -> OpenDocument:
     """A document, or a file of another format as one, with its renderable elements, or the one that is named.
+
+    `roots` are folders from which its files may be read besides its own.
 
     Raises
     ------
@@ -43,6 +47,7 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         With status 1 and the findings on stderr, if the document cannot be read or is broken; with 3, if it has nothing
         to render.
     """
+    from mrm_mtlx.library.files import Reach
     from mrm_mtlx.shadergen import renderable_elements
     from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.findings import blocks, finding
@@ -56,9 +61,9 @@ def open_document(path: Path, library: DataLibrary, element: str | None) -> Open
         findings = [finding("READ_MISSING", "", f"'{path}' does not exist")]
     else:
         try:
-            imported, findings = read_document(path, path.parent, library, _scratch())
+            imported, findings = read_document(path, Reach.beside(path, tuple(roots or ())), library, _scratch())
             checked = check_graph(imported.document)
-            checked += check_files(imported.document, imported.folder, imported.root)
+            checked += check_files(imported.document, imported.reach)
             findings = findings + [in_file(found, imported) for found in checked]
         except ReadError as error:
             findings = [error.finding]
@@ -111,8 +116,8 @@ class OpenSurface(NamedTuple):
             raise typer.Exit(1)
 
 
-def open_surfaces(path: Path, element: str | None) -> list[OpenSurface]:
-    """The surfaces of a document, or the one that is named.
+def open_surfaces(path: Path, element: str | None, roots: list[Path] | None = None) -> list[OpenSurface]:
+    """The surfaces of a document, or the one that is named; `roots` as for `open_document`.
 
     Raises
     ------
@@ -124,10 +129,10 @@ def open_surfaces(path: Path, element: str | None) -> list[OpenSurface]:
     from mrm_mtlx.validation.drawing import DocumentImages
 
     found = []
-    opened = open_document(path, load_library(), element)
+    opened = open_document(path, load_library(), element, roots)
     for renderable in opened.elements:
         name = renderable.getNamePath()
-        images = DocumentImages(opened.imported.folder, opened.imported.root, f"/{name}")
+        images = DocumentImages(opened.imported.reach, f"/{name}")
         try:
             found.append(OpenSurface(name, Surface(renderable, images=images), images))
         except (UnsupportedError, RecursionError) as error:

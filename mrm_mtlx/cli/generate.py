@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots
 from mrm_mtlx.text import printable
 
 
@@ -29,6 +29,7 @@ def generate(
         OslModeName, typer.Option("--osl-mode", help="How OSL makes a retroreflective lobe; see docs/osl.md.")
     ] = OslModeName.ALIGNED,
     library: Library = Implementation.MRM,
+    root: Roots = None,
 ) -> None:
     """Print the generated source of a document's surfaces, or write it to files."""
     from mrm_mtlx.cli.documents import open_document
@@ -39,7 +40,7 @@ def generate(
 
     chosen_targets([target], available_targets())
     data = load_library(Origin(library.value))
-    opened = open_document(path, data, element)
+    opened = open_document(path, data, element, root)
     for renderable in opened.elements:
         try:
             shader = generate_shader(renderable, target, data, OslMode(osl_mode.value))

@@ -26,7 +26,7 @@ class Options(NamedTuple):
     element: str | None
 
 
-def convert(path: Path, output: Path | None, options: Options) -> None:
+def convert(path: Path, output: Path | None, options: Options, roots: list[Path] | None) -> None:
     """Write a document's coefficient of retroreflection, or compare it with that of a file.
 
     Raises
@@ -46,7 +46,7 @@ def convert(path: Path, output: Path | None, options: Options) -> None:
         raise typer.BadParameter(str(error), param_hint="--compare" if compare else "--into") from error
     stated = file.block.geometry if compare and file is not None and file.block is not None else None
     geometry = _geometry(observation, entrance, stated or openmaterial.Geometry())
-    brdf = _brdf(path, element)
+    brdf = _brdf(path, element, roots)
     if compare is not None:
         assert file is not None
         _compare(file, compare, brdf, geometry)
@@ -76,14 +76,14 @@ def _geometry(observation: float | None, entrance: float | None, default: Geomet
     return given
 
 
-def _brdf(path: Path, element: str | None) -> Brdf:
+def _brdf(path: Path, element: str | None, roots: list[Path] | None) -> Brdf:
     """The BRDF of the document's first surface, or the named one."""
     import numpy as np
 
     from mrm_mtlx.cli.documents import open_surfaces
     from mrm_mtlx.photometry import surface_brdf
 
-    chosen = open_surfaces(path, element)[0]
+    chosen = open_surfaces(path, element, roots)[0]
     brdf = surface_brdf(chosen.surface)
     normal = np.array([0.0, 0.0, 1.0])
     brdf(normal, normal)  # images are read when they are needed, and what is wrong with them is known then

@@ -71,6 +71,17 @@ Output: TypeAlias = Annotated[
 ]
 Samples: TypeAlias = Annotated[int, typer.Option("--samples", min=16, max=1 << 22, help="Samples per comparison.")]
 Seed: TypeAlias = Annotated[int, typer.Option("--seed", min=0, help="Seed of all random numbers.")]
+Roots: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--root",
+        metavar="DIR",
+        exists=True,
+        file_okay=False,
+        help="Files may be read from this folder too, and are looked for in it; repeatable. "
+        "Default: only the folder that PATH is or lies in.",
+    ),
+]
 Library: TypeAlias = Annotated[
     Implementation, typer.Option("--library", help="Whose implementation of the flag: this project's or MaterialX's.")
 ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Output, TableFormat
+from mrm_mtlx.cli.options import Output, Roots, TableFormat
 from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
@@ -86,6 +86,7 @@ def photometry(
     ] = None,
     report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
     output: Output = None,
+    root: Roots = None,
 ) -> None:
     """Coefficients of retroreflection of documents, in the geometries of a standard's class, beside its limits.
 
@@ -109,7 +110,7 @@ def photometry(
         check_output(plot, "--plot")
     run = _Run(limits, settings, grid)
     for path in _documents(paths):
-        run.document(path, element)
+        run.document(path, element, root)
     if plot is not None:
         run.draw(plot)
     if report_format is TableFormat.JSON:
@@ -213,7 +214,7 @@ class _Run:
         self._documents: list[DocumentReport] = []
         self._brdfs: list[tuple[str, Brdf]] = []
 
-    def document(self, path: Path, element: str | None) -> None:
+    def document(self, path: Path, element: str | None, roots: list[Path] | None) -> None:
         """Measure the surfaces of a document. What is wrong with it goes to stderr, and the next one is taken."""
         from mrm_mtlx.cli.documents import open_surfaces
         from mrm_mtlx.photometry.forms import DocumentReport
@@ -222,7 +223,7 @@ class _Run:
         found = DocumentReport(shown(path))
         self._documents.append(found)
         try:
-            for opened in open_surfaces(path, element):
+            for opened in open_surfaces(path, element, roots):
                 found.surfaces[opened.name] = self._measured(opened)
         except typer.Exit as stopped:
             found.surfaces.clear()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mrm_mtlx.cli.options import refuse_missing_folder
+from mrm_mtlx.cli.options import Roots, refuse_missing_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -124,6 +124,7 @@ def plot(
     measured: Annotated[
         Path | None, typer.Option("--measured", metavar="FILE", help="Measured points of Figure 4, in ALTA's format.")
     ] = None,
+    root: Roots = None,
 ) -> None:
     """Plot lobes in the plane of incidence: BRDF against view angle, of a document or of given parameters.
 
@@ -137,7 +138,10 @@ def plot(
     }  # fmt: skip
     view = {"light": light or None, "azimuth": azimuth, "scale": scale}
     if figure is not None:
-        _refuse({"PATH": path, "element": element, **view, **lobe}, "not with --figure, which has its own")
+        _refuse(
+            {"PATH": path, "element": element, "root": root or None, **view, **lobe},
+            "not with --figure, which has its own",
+        )
         if figure is FigureName.TWO:
             _refuse({"measured": measured}, "only with --figure 4, which has measured points")
         _write_figures(figure, output, measured)
@@ -148,9 +152,9 @@ def plot(
     _check_view(lights, turned)
     if path is not None:
         _refuse(lobe, "not with a document, which has its own lobes")
-        curves = _of_document(path, element, lights, turned)
+        curves = _of_document(path, element, root, lights, turned)
     else:
-        _refuse({"element": element}, "only with a document")
+        _refuse({"element": element, "root": root or None}, "only with a document")
         curves = _of_parameters(lobe, lights, turned)
     from mrm_mtlx.plots import drawing
 
@@ -196,13 +200,15 @@ def _variant(light: float) -> str:
     return f"light at {light:g}°"
 
 
-def _of_document(path: Path, element: str | None, lights: list[float], azimuth: float) -> list[Curve]:
+def _of_document(
+    path: Path, element: str | None, roots: list[Path] | None, lights: list[float], azimuth: float
+) -> list[Curve]:
     """A curve per surface and light."""
     from mrm_mtlx.cli.documents import open_surfaces
     from mrm_mtlx.plots.documents import surface_curve
     from mrm_mtlx.plots.style import MAXIMUM_NAMES
 
-    surfaces = open_surfaces(path, element)
+    surfaces = open_surfaces(path, element, roots)
     if len(surfaces) > MAXIMUM_NAMES:
         found = f"{path} has {len(surfaces)} surfaces, of which {MAXIMUM_NAMES} can be told apart in a picture"
         raise typer.BadParameter(f"{found}; choose one with --element", param_hint="PATH")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Seed, refuse_missing_folder
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, refuse_missing_folder
 from mrm_mtlx.text import printable
 
 
@@ -67,6 +67,7 @@ def render(
         OslModeName, typer.Option("--osl-mode", help="How OSL makes a retroreflective lobe, with --engine cycles.")
     ] = OslModeName.ALIGNED,
     library: Library = Implementation.MRM,
+    root: Roots = None,
 ) -> None:
     """Render a material on a sphere, plane or cone under a headlight, a light at an angle, and surroundings."""
     from mrm_mtlx.cli.console import progress
@@ -88,11 +89,11 @@ def render(
         typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)
         raise typer.Exit(2)
     data = load_library(Origin(library.value))
-    opened = open_document(path, data, element)
+    opened = open_document(path, data, element, root)
     try:
         surroundings = None if environment is None else read_image(environment)
         settings = picture.Settings(shape.value, _light_angle(light), size, surroundings, compare)
-        surface = (opened.elements[0], data, opened.imported.folder, settings)
+        surface = (opened.elements[0], data, opened.imported.reach, settings)
         if engine is Engine.GL:
             picture.write(picture.render(*surface), output, exposure)
         else:

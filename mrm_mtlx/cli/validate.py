@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Samples, Seed, Targets
+from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Roots, Samples, Seed, Targets
 from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ def validate(
     ] = False,
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, help="Seconds that one document may take.")] = 300.0,
     library: Library = Implementation.MRM,
+    root: Roots = None,
 ) -> None:
     """Read, check, generate, compile, run and compare documents with the reference."""
     from mrm_mtlx.cli.console import progress
@@ -63,6 +64,7 @@ def validate(
         jobs=jobs,
         timeout_s=timeout,
         retro_sweep=retro_sweep,
+        roots=tuple(root or ()),
         select=_codes(select, "--select"),
         ignore=_codes(ignore, "--ignore"),
     )

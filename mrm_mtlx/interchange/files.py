@@ -8,7 +8,7 @@ import re
 import shutil
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.library.files import replacing, resolve_inside
+from mrm_mtlx.library.files import replacing
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,14 +28,14 @@ def name_beside(name: str, source: Imported, path: Path) -> str:
     OSError
         If a file cannot be copied.
     """
-    target = resolve_inside(name, source.folder, source.root)
+    target = source.reach.resolve(name)
     if target is None:  # a checked document has none
         return name
     folder = path.parent.resolve()
     pattern = re.sub(r"<[^>]*>", "*", glob.escape(target.name))
     found = sorted(target.parent.glob(pattern))
     if found and (source.packed or not target.is_relative_to(folder)):
-        inner = target.relative_to(source.root.resolve())
+        inner = source.reach.within(target)
         for file in found:
             copy = folder / path.stem / inner.with_name(file.name)
             copy.parent.mkdir(parents=True, exist_ok=True)

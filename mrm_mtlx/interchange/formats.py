@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.interchange.imported import Imported, Remark
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.library.files import Reach
 
 
 class Format(NamedTuple):
@@ -20,13 +21,13 @@ class Format(NamedTuple):
     suffixes: tuple[str, ...]
     module: str
 
-    def read(self, path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
+    def read(self, path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
         """Read a file that nobody vouches for.
 
         Parameters
         ----------
-        path, root
-            The file, and the folder outside of which nothing is opened.
+        path, reach
+            The file, and where the names in it lead.
         library
             Its definitions.
         scratch
@@ -37,7 +38,7 @@ class Format(NamedTuple):
         UnreadableError
             If it cannot be read, for any reason that lies in the file.
         """
-        read: Imported = import_module(self.module).read(path, root, library, scratch)
+        read: Imported = import_module(self.module).read(path, reach, library, scratch)
         return read
 
     def write(self, source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
@@ -46,7 +47,7 @@ class Format(NamedTuple):
         Parameters
         ----------
         source
-            The document; files that it names are looked for in its `folder`, and opened only inside its `root`.
+            The document; files that it names are opened only within its `reach`.
         path
             The file; its ending is one of `suffixes`. Whatever stands there is replaced.
         library

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import MaterialX as mx
+
+    from mrm_mtlx.library.files import Reach
 
 
 class Remark(NamedTuple):
@@ -61,17 +61,16 @@ class Imported:
         not there lies where its nearest parent does; empty for a file that is a document itself.
     remarks
         What is wrong, or could not be carried over.
-    folder, root
-        What the document's file names are relative to, and the folder outside of which nothing is opened.
+    reach
+        Where the document's names of files lead.
     packed
-        Whether these are a scratch folder, with what was inside of the file.
+        Whether that is a scratch folder, with what was inside of the file.
     """
 
     document: mx.Document
     places: dict[str, str] = field(default_factory=dict)
     remarks: list[Remark] = field(default_factory=list)
-    folder: Path = field(kw_only=True)
-    root: Path = field(kw_only=True)
+    reach: Reach = field(kw_only=True)
     packed: bool = False
 
     def place(self, location: str) -> str:

@@ -9,6 +9,7 @@ import MaterialX as mx
 
 from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.imported import Remark
+from mrm_mtlx.library.filenames import rename_files
 from mrm_mtlx.library.files import replacing
 
 if TYPE_CHECKING:
@@ -29,12 +30,7 @@ def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
     """
     del library
     document = source.document.copy()
-    files = [e for e in document.traverseTree() if e.isA(mx.ValueElement) and e.getType() == "filename"]
-    names = [(element, element.getResolvedValueString()) for element in files if element.getValueString()]
-    for element in (document, *document.traverseTree()):
-        element.removeAttribute("fileprefix")
-    for element, name in names:
-        element.setValueString(name_beside(name, source, path))
+    rename_files(document, lambda name: name_beside(name, source, path))
     lost = [remark for element in document.traverseTree() for remark in _without_controls(element)]
     with replacing(path) as unfinished:
         unfinished.write_text(mx.writeToXmlString(document), encoding="utf-8")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import shutil
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES
@@ -13,17 +15,95 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "replacing", "resolve_inside"]
+__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "replacing"]
+
+# What begins with a drive is absolute for MaterialX, on every system.
+_DRIVE = re.compile("[A-Za-z]:")
 
 
-def resolve_inside(name: str, folder: Path, root: Path) -> Path | None:
-    """The file that `name` means in `folder`, links followed; None if it lies outside `root` or nowhere."""
+@dataclass(frozen=True)
+class Reach:
+    """Where the names of files in a document lead, and what lies outside; plain data that crosses processes.
+
+    Attributes
+    ----------
+    folder
+        What relative names are relative to.
+    root
+        Folder that is being checked. Nothing outside of it, and of those in `search`, is opened.
+    search
+        Folders in which a relative name is looked for, in order, that is not found in `folder`.
+    """
+
+    folder: Path
+    root: Path
+    search: tuple[Path, ...] = ()
+
+    @classmethod
+    def only(cls, folder: Path) -> Reach:
+        """The reach of names that are relative to a folder, and lead nowhere else."""
+        return cls(folder, folder)
+
+    @classmethod
+    def beside(cls, path: Path, search: tuple[Path, ...] = ()) -> Reach:
+        """The reach of a document that is checked by itself: what lies in its folder."""
+        return cls(path.parent, path.parent, search)
+
+    def at(self, folder: Path) -> Reach:
+        """The same for names that are relative to another folder, as those of an included file are."""
+        return replace(self, folder=folder)
+
+    def inside(self, path: Path) -> Path | None:
+        """A path, relative to `folder`, with links followed; None if it lies outside or nowhere."""
+        try:
+            target = (self.folder / path).resolve()
+            target.exists()  # raises OSError of a name that is too long, as whatever asks for the file later would
+        except (OSError, RuntimeError, ValueError):  # a link that leads to itself, a name with a zero byte
+            return None
+        return target if self._root_of(target) else None
+
+    def resolve(self, name: str) -> Path | None:
+        """The file that a name means, links followed; None if it lies outside or nowhere.
+
+        The name is read as MaterialX reads it: both separators count, and the first folder that has the file wins. A
+        file that is nowhere is returned as if it were in `folder`.
+        """
+        if _DRIVE.match(name) and os.name != "nt":
+            return None
+        is_absolute = name.startswith(("/", "\\\\"))
+        plain = "/" * is_absolute + "/".join(part for part in re.split(r"[/\\]", name) if part)
+        found = (folder / plain for folder in (self.folder, *self.search) if _exists(folder / plain))
+        return self.inside(next(found, self.folder / plain))
+
+    def regular(self, name: str) -> Path | None:
+        """The same, but None for what is not a regular file: a pipe or a device would never end."""
+        target = self.resolve(name)
+        return target if target is not None and target.is_file() else None
+
+    def within(self, target: Path) -> Path:
+        """Where a file that was resolved lies, as seen from the folder that holds it.
+
+        Raises
+        ------
+        ValueError
+            If it lies outside.
+        """
+        root = self._root_of(target)
+        if root is None:
+            msg = f"{target.name} lies outside"
+            raise ValueError(msg)
+        return target.relative_to(root)
+
+    def _root_of(self, target: Path) -> Path | None:
+        roots = (root.resolve() for root in (self.root, *self.search))
+        return next((root for root in roots if target.is_relative_to(root)), None)
+
+
+def _exists(path: Path) -> bool:
     try:
-        target = (folder / name).resolve()
-        target.exists()  # raises OSError of a name that is too long, as whatever asks for the file later would
-    except (OSError, RuntimeError, ValueError):  # a link that leads to itself, a name with a zero byte
-        return None
-    return target if target.is_relative_to(root.resolve()) else None
+        return path.exists()
+    except (OSError, ValueError):
+        return False
 
 
 @contextlib.contextmanager

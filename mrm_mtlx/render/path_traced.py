@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.engines import osl
+from mrm_mtlx.library.filenames import rename_files
 from mrm_mtlx.render import picture
 from mrm_mtlx.render.meshes import mesh
 from mrm_mtlx.render.shapes import EYE, HALF_FIELD
@@ -15,10 +15,10 @@ from mrm_mtlx.shadergen import OslMode, Shader, generate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.library.files import Reach
     from mrm_mtlx.render.picture import Settings
 
 # Paths per pixel of one request to Cycles: the pace of the progress bar.
@@ -30,7 +30,7 @@ _BOUNCES = 4
 def render(
     element: Any,
     library: DataLibrary,
-    folder: Path,
+    reach: Reach,
     settings: Settings,
     *,
     paths: int = 64,
@@ -42,7 +42,7 @@ def render(
 
     Parameters
     ----------
-    element, library, folder, settings
+    element, library, reach, settings
         As `picture.render`; the document of `element` gets absolute names of its image files.
     paths
         Paths per pixel; above 16, rounded up to a multiple of it.
@@ -64,7 +64,7 @@ def render(
     ValueError
         If a comparison is asked for of a material without a retroreflective lobe.
     """
-    mx.flattenFilenames(element.getDocument(), mx.FileSearchPath(str(folder.resolve())))
+    rename_files(element.getDocument(), lambda name: str(reach.resolve(name) or ""))
     shaders = [
         generate(document.getDescendant(element.getNamePath()), "osl", library, mode)
         for document in picture.versions(element.getDocument(), settings)

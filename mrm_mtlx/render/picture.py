@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.library.files import Reach
 
 # Samples per pixel along each axis.
 OVERSAMPLING = 2
@@ -61,7 +62,7 @@ class Settings:
     compare: bool
 
 
-def render(element: Any, library: DataLibrary, folder: Path, settings: Settings) -> Array:
+def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings) -> Array:
     """Linear radiance of the picture, (height, width, 3), oversampled; the light's irradiance at the shape is pi.
 
     So a white diffuser that faces the light has radiance 1.
@@ -77,13 +78,21 @@ def render(element: Any, library: DataLibrary, folder: Path, settings: Settings)
     for document in versions(element.getDocument(), settings):
         shader = generate(document.getDescendant(element.getNamePath()), "glsl", library)
         textures = {
-            port.variable: read_image(folder / port.value)
+            port.variable: _pixels(port.value, reach)
             for port in shader.uniforms
             if port.type == "filename" and port.value
         }
         with SurfaceProgram(shader, textures) as program:
             panels += [_panel(program, replace(settings, light_degrees=angle)) for angle in light_angles(settings)]
     return side_by_side(panels, _GAP * OVERSAMPLING)
+
+
+def _pixels(name: str, reach: Reach) -> NDArray[np.float32]:
+    path = reach.regular(name)
+    if path is None:
+        msg = f"{name}: there is no such file that may be read"
+        raise ValueError(msg)
+    return read_image(path)
 
 
 def versions(document: Any, settings: Settings) -> list[Any]:

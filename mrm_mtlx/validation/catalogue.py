@@ -88,9 +88,10 @@ RULES: dict[str, Rule] = {
             "READ_OUTSIDE",
             _ERROR,
             "file name points outside the folder",
-            "An included document, an image or a shader source lies outside the folder that is being checked. "
-            "Documents come from elsewhere, so nothing outside that folder is opened.",
-            "Move the file into the folder, or run the command on the folder that holds both.",
+            "An included document, an image or a shader source lies outside the folder that is being checked: the one "
+            "that the command was given, or in which the document lies. Documents come from elsewhere, so nothing "
+            "outside that folder, and of those named by `--root`, is opened.",
+            "Move the file into the folder, or name the folder that holds it by --root.",
         ),
         Rule(
             "DOC_INVALID",
@@ -191,7 +192,7 @@ RULES: dict[str, Rule] = {
             _ERROR,
             "image cannot be read",
             "An image that the document refers to does not exist, or OpenImageIO cannot read it.",
-            "Correct the file name; it is relative to the document's folder.",
+            "Correct the file name; it is relative to the document's folder, or to one named by --root.",
         ),
         Rule(
             "DOC_NO_RENDERABLE",

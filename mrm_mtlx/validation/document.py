@@ -28,12 +28,11 @@ def check_document(request: Request) -> DocumentResult:
     with tempfile.TemporaryDirectory(prefix="mrm-") as scratch:
         try:
             library = load_library(request.origin)
-            imported, result.findings = read_document(request.path, request.root, library, Path(scratch))
+            imported, result.findings = read_document(request.path, request.reach, library, Path(scratch))
         except ReadError as error:
             result.findings = [error.finding]
             return result
-        # From here on, only the folders of the file names count.
-        request = replace(request, path=imported.folder / request.path.name, root=imported.root)
+        request = replace(request, reach=imported.reach)
         read = len(result.findings)
         _check(request, imported.document, result)
     result.findings[read:] = [in_file(found, imported) for found in result.findings[read:]]
@@ -46,7 +45,7 @@ def check_document(request: Request) -> DocumentResult:
 def _check(request: Request, document: Any, result: DocumentResult) -> None:
     """Add the findings and results of a document that was read."""
     result.findings += check_graph(document)
-    result.findings += check_files(document, request.path.parent, request.root)
+    result.findings += check_files(document, request.reach)
     blocked = any(blocks(f) for f in result.findings)
     if any(f.code == "DOC_CYCLE" for f in result.findings):
         return

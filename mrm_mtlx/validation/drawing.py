@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines import gl
-from mrm_mtlx.library.files import resolve_inside
 from mrm_mtlx.library.images import read_image
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.results import TargetResult
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from mrm_mtlx.library.files import Reach
     from mrm_mtlx.shadergen import Shader
     from mrm_mtlx.validation.comparison import Comparison
     from mrm_mtlx.validation.expectation import Expectation
@@ -28,15 +27,15 @@ GL_TARGETS = ("glsl", "essl")
 
 
 class DocumentImages:
-    """The image files of one document: each is read once, and only inside the folder that may be read.
+    """The image files of one document: each is read once, and only within reach.
 
     `findings` are those of the files that cannot be read; files that are missing or outside are findings of the
     document's structure.
     """
 
-    def __init__(self, folder: Path, root: Path, place: str) -> None:
+    def __init__(self, reach: Reach, place: str) -> None:
         self.findings: list[Finding] = []
-        self._folder, self._root, self._place = folder, root, place
+        self._reach, self._place = reach, place
         self._known: dict[str, NDArray[np.float32] | None] = {}
 
     def __call__(self, name: str) -> NDArray[np.float32] | None:
@@ -52,8 +51,8 @@ class DocumentImages:
         return {variable: image for variable, image in pixels.items() if image is not None}
 
     def _read(self, name: str) -> NDArray[np.float32] | None:
-        path = resolve_inside(name, self._folder, self._root)
-        if path is None or not path.is_file():
+        path = self._reach.regular(name)
+        if path is None:
             return None
         try:
             return read_image(path)

@@ -41,7 +41,7 @@ class ElementCheck:
         self._renderable = renderable
         self._flags = flags
         self._place = location(element)
-        self._images = DocumentImages(request.path.parent, request.root, self._place)
+        self._images = DocumentImages(request.reach, self._place)
         self._library = load_library(request.origin)
         self._findings: list[Finding] = []
         self._ignoring: dict[str, set[str]] = {}
@@ -119,7 +119,7 @@ def sweep_element(request: Request, element: Any) -> tuple[list[RenderableResult
     if not found:
         return [], []
     place, library = location(element), load_library(request.origin)
-    images = DocumentImages(request.path.parent, request.root, place)
+    images = DocumentImages(request.reach, place)
     results = {v.name: RenderableResult(f"{element.getNamePath()} + retroreflective {v.name}") for v in found}
     findings: list[Finding] = []
     targets = [target for target in request.targets if target in GL_TARGETS]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.library.files import MAXIMUM_BYTES, resolve_inside
+from mrm_mtlx.library.files import MAXIMUM_BYTES
 from mrm_mtlx.validation.checks.elements import location, nodes_of
 from mrm_mtlx.validation.findings import Finding, finding
 
@@ -16,27 +16,29 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from mrm_mtlx.library.files import Reach
 
-def check_files(document: mx.Document, folder: Path, root: Path) -> list[Finding]:
+
+def check_files(document: mx.Document, reach: Reach) -> list[Finding]:
     """Findings about files that are missing, or lie outside the folder."""
-    findings = [found for node in nodes_of(document) for found in check_images(node, folder, root)]
-    return findings + list(check_sources(document, folder, root))
+    findings = [found for node in nodes_of(document) for found in check_images(node, reach)]
+    return findings + list(check_sources(document, reach))
 
 
-def check_images(node: Any, folder: Path, root: Path) -> Iterator[Finding]:
+def check_images(node: Any, reach: Reach) -> Iterator[Finding]:
     """Whether the images that a node names exist, inside the folder."""
     for given in node.getInputs():
         if given.getType() != "filename" or not given.getValueString():
             continue
         name = given.getResolvedValueString()
-        target = resolve_inside(name, folder, root)
+        target = reach.resolve(name)
         if target is None:
             yield finding("READ_OUTSIDE", location(given), f"the image '{name}' lies outside the folder being checked")
         elif "<" not in name and not target.is_file():  # <UDIM> and the like name a set of files
             yield finding("DOC_FILE", location(given), f"the image '{name}' does not exist")
 
 
-def check_sources(document: mx.Document, folder: Path, root: Path) -> Iterator[Finding]:
+def check_sources(document: mx.Document, reach: Reach) -> Iterator[Finding]:
     """Whether the shader sources of the document's own implementations, and what they include, lie inside the folder.
 
     Generators open these files and put their text into the shader, and so into a compiler's messages.
@@ -45,27 +47,27 @@ def check_sources(document: mx.Document, folder: Path, root: Path) -> Iterator[F
         if not implementation.isA(mx.Implementation):
             continue
         name = implementation.getFile()
-        source = resolve_inside(name, folder, root) if name else None
+        source = reach.resolve(name) if name else None
         if name and source is None:
             message = f"the source file '{name}' lies outside the folder being checked"
             yield finding("READ_OUTSIDE", location(implementation), message)
             continue
         text = implementation.getAttribute("sourcecode") + (_source_text(source) if source else "")
-        for include in _includes(text, source.parent if source else folder, root, set()):
+        for include in _includes(text, reach.at(source.parent) if source else reach, set()):
             message = f"the included source '{include}' lies outside the folder being checked"
             yield finding("READ_OUTSIDE", location(implementation), message)
 
 
-def _includes(text: str, folder: Path, root: Path, seen: set[Path]) -> Iterator[str]:
+def _includes(text: str, reach: Reach, seen: set[Path]) -> Iterator[str]:
     """Include directives that leave the folder; those that name files of the libraries stay below their roots."""
     for name in re.findall(r'#\s*include\s*["<]([^">\n]+)[">]', text):
-        target = resolve_inside(name, folder, root)
+        target = reach.resolve(name)
         climbs = PurePath(name).is_absolute() or ".." in PurePath(name).parts
-        if target is None and (climbs or (folder / name).exists()):
+        if target is None and (climbs or (reach.folder / name).exists()):
             yield name
         elif target is not None and target not in seen:
             seen.add(target)
-            yield from _includes(_source_text(target), target.parent, root, seen)
+            yield from _includes(_source_text(target), reach.at(target.parent), seen)
 
 
 def _source_text(path: Path) -> str:

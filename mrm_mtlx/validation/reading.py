@@ -17,7 +17,7 @@ import MaterialX as mx
 
 from mrm_mtlx.interchange.formats import DOCUMENT, format_of
 from mrm_mtlx.interchange.imported import Imported, UnreadableError
-from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, resolve_inside
+from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES
 from mrm_mtlx.limits import MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.findings import Finding, finding
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.library.files import Reach
 
 
 class ReadError(Exception):
@@ -39,21 +40,21 @@ class ReadError(Exception):
 class _Reading:
     """What is known while a document and its includes are scanned."""
 
-    root: Path
+    reach: Reach
     bytes: int = 0
     includes: int = 0
     duplicates: list[Finding] = field(default_factory=list)
 
 
-def read_document(path: Path, root: Path, library: DataLibrary, scratch: Path) -> tuple[Imported, list[Finding]]:
+def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> tuple[Imported, list[Finding]]:
     """Read a document, or a file of another format as one, with what it includes and the data library set.
 
     Parameters
     ----------
     path
         The file. One whose ending is not known is taken for a document.
-    root
-        Folder outside of which nothing is opened.
+    reach
+        Where the names of files in it lead.
     library
         Its definitions.
     scratch
@@ -71,9 +72,9 @@ def read_document(path: Path, root: Path, library: DataLibrary, scratch: Path) -
     """
     form = format_of(path) or DOCUMENT
     if form is DOCUMENT:
-        return _read_materialx(path, root, library)
+        return _read_materialx(path, reach, library)
     try:
-        imported = form.read(path, root, library, scratch)
+        imported = form.read(path, reach, library, scratch)
     except UnreadableError as error:
         raise ReadError(finding(*error.remark)) from error
     return imported, [finding(*remark) for remark in imported.remarks]
@@ -84,8 +85,8 @@ def in_file(found: Finding, imported: Imported) -> Finding:
     return replace(found, location=imported.place(found.location)) if imported.places else found
 
 
-def _read_materialx(path: Path, root: Path, library: DataLibrary) -> tuple[Imported, list[Finding]]:
-    reading = _Reading(root.resolve())
+def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> tuple[Imported, list[Finding]]:
+    reading = _Reading(reach)
     _scan(path, reading, ())
     document = mx.createDocument()
     try:
@@ -93,7 +94,7 @@ def _read_materialx(path: Path, root: Path, library: DataLibrary) -> tuple[Impor
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(finding("DOC_INVALID", "", f"MaterialX cannot read it: {error}")) from error
-    return Imported(document, folder=path.parent, root=root), reading.duplicates
+    return Imported(document, reach=reach), reading.duplicates
 
 
 def _scan(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> None:
@@ -102,7 +103,7 @@ def _scan(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> None:
     chain = (*parents, path.resolve())
     for line, href in hrefs:
         place = f"{path.name} line {line}" if parents else f"line {line}"
-        target = resolve_inside(href, path.parent, reading.root)
+        target = reading.reach.at(path.parent).resolve(href)
         if target is None:
             raise ReadError(
                 finding("READ_OUTSIDE", place, f"the include '{href}' lies outside the folder being checked")

@@ -10,6 +10,8 @@ from mrm_mtlx.library import Origin
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from mrm_mtlx.library.files import Reach
+
 
 @dataclass(frozen=True)
 class Request:
@@ -17,8 +19,8 @@ class Request:
 
     Attributes
     ----------
-    path, root
-        The document, and the folder outside of which nothing is opened.
+    path, reach
+        The document, and where the names of files in it lead.
     shown
         The document's path in reports.
     targets
@@ -32,7 +34,7 @@ class Request:
     """
 
     path: Path
-    root: Path
+    reach: Reach
     shown: str
     targets: tuple[str, ...]
     samples: int = 16384

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx import __version__
 from mrm_mtlx.interchange.formats import SUFFIXES
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.request import Request
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
@@ -34,7 +35,8 @@ _RESTART_S = 60.0
 class Settings:
     """How to check; see `request.Request`.
 
-    `timeout_s` is per document, `jobs` the number of processes, 0 for one per processor.
+    `timeout_s` is per document, `jobs` the number of processes, 0 for one per processor; `roots` are folders from which
+    files may be read beside the one that is checked, and in which they are looked for.
     """
 
     targets: tuple[str, ...]
@@ -44,6 +46,7 @@ class Settings:
     jobs: int
     timeout_s: float
     retro_sweep: bool = False
+    roots: tuple[Path, ...] = ()
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
 
@@ -88,7 +91,8 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
         root = path if is_folder else path.parent
         for file in documents_of(path) if is_folder else [path]:
             name = shown(file, path if is_folder else None)
-            problem = _unreadable(file, root if is_folder else None)
+            reach = Reach(file.parent, root, settings.roots)
+            problem = _unreadable(file, reach if is_folder else None)
             if problem is not None:
                 missing.append(DocumentResult(name, [problem]))
                 continue
@@ -96,7 +100,7 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
                 file.resolve(),
                 Request(
                     file,
-                    root,
+                    reach,
                     name,
                     settings.targets,
                     settings.samples,
@@ -114,16 +118,16 @@ def documents_of(folder: Path) -> list[Path]:
     return sorted(found, key=Path.as_posix)
 
 
-def _unreadable(file: Path, root: Path | None) -> Finding | None:
-    """Why a file is not even handed to a worker; `root` is the folder that it was found in."""
+def _unreadable(file: Path, reach: Reach | None) -> Finding | None:
+    """Why a file is not even handed to a worker; `reach` is that of one that was found in a folder."""
     try:
-        target = file.resolve()
+        file.resolve()
         str(file).encode("utf-8")
     except (OSError, RuntimeError):
         return finding("READ_FAILED", "", "it is a link that leads to itself")
     except UnicodeEncodeError:
         return finding("READ_FAILED", "", "its name is not valid UTF-8")
-    if root is not None and not target.is_relative_to(root.resolve()):
+    if reach is not None and reach.inside(Path(file.name)) is None:
         return finding("READ_OUTSIDE", "", "it is a link that leads out of the folder being checked")
     return None
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.library import class_materials_folder
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.measured import performance
 from mrm_mtlx.measured.classes import MATERIALS, document
 from mrm_mtlx.measured.performance import CEILINGS, MARGIN, meet
@@ -131,7 +132,7 @@ SHADERS = (
 @pytest.mark.parametrize("name", SHADERS)
 def test_the_shader_of_a_material_is_as_the_reference_has_it(gl, name):
     path = path_of(BY_NAME[name])
-    found = check_document(Request(path, path.parent, path.name, ("glsl",), samples=64))
+    found = check_document(Request(path, Reach.beside(path), path.name, ("glsl",), samples=64))
     (renderable,) = found.renderables
     assert found.findings == []
     assert (renderable.targets["glsl"].stage, renderable.targets["glsl"].status) == ("compare", "pass")
@@ -141,7 +142,7 @@ def test_the_shader_of_a_material_is_as_the_reference_has_it(gl, name):
 @pytest.mark.parametrize("name", ["dpr_495_white", "en_1436_r5_white", "iso_20471_silver"])
 def test_the_osl_of_a_material_compiles(cycles, name):
     path = path_of(BY_NAME[name])
-    (renderable,) = check_document(Request(path, path.parent, path.name, ("osl",), samples=16)).renderables
+    (renderable,) = check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16)).renderables
     assert (renderable.targets["osl"].stage, renderable.targets["osl"].status) == ("compile", "pass")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.render import picture
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def rendered(gl, surface_document: Callable, library: DataLibrary, tmp_path_fact
         document = surface_document(nodes)
         plain = {"shape": "sphere", "light_degrees": None, "size": SIZE, "environment": None, "compare": False}
         settings = picture.Settings(**{**plain, **changes})
-        return picture.render(document.getNode("m"), library, folder, settings)
+        return picture.render(document.getNode("m"), library, Reach.only(folder), settings)
 
     return draw
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode
 
@@ -42,10 +43,12 @@ def both(cycles, gl, surface_document, library, tmp_path) -> Callable[..., tuple
         plain = {"shape": "sphere", "light_degrees": 30.0, "size": SIZE, "environment": None, "compare": False}
         settings = picture.Settings(**{**plain, **changes})
         first, second = (surface_document(nodes) for _ in range(2))
-        drawn = picture.render(first.getNode("m"), library, tmp_path, settings)
+        drawn = picture.render(first.getNode("m"), library, Reach.only(tmp_path), settings)
         step = picture.OVERSAMPLING
         drawn = drawn.reshape(drawn.shape[0] // step, step, drawn.shape[1] // step, step, 3).mean(axis=(1, 3))
-        traced = path_traced.render(second.getNode("m"), library, tmp_path, settings, paths=PATHS, mode=mode)
+        traced = path_traced.render(
+            second.getNode("m"), library, Reach.only(tmp_path), settings, paths=PATHS, mode=mode
+        )
         return drawn, traced
 
     return draw
@@ -116,7 +119,7 @@ def test_progress_is_told_and_the_seed_fixes_the_picture(cycles, surface_documen
         return path_traced.render(
             document.getNode("m"),
             library,
-            tmp_path,
+            Reach.only(tmp_path),
             settings,
             paths=32,
             seed=seed,

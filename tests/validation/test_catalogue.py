@@ -13,6 +13,7 @@ import pytest
 from mrm_mtlx.cli import rules
 from mrm_mtlx.interchange import gltf
 from mrm_mtlx.interchange.imported import NothingToWriteError
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.catalogue import RULES
 from mrm_mtlx.validation.findings import Severity, finding
 from mrm_mtlx.validation.reading import read_document
@@ -99,7 +100,7 @@ def codes(request, check, settings, library, tmp_path) -> Callable[[str, Path], 
 
     def of(code: str, path: Path) -> list[str]:
         if code in WRITTEN:
-            read, _ = read_document(path, path.parent, library, tmp_path)
+            read, _ = read_document(path, Reach.beside(path), library, tmp_path)
             try:
                 return [remark.code for remark in gltf.write(read, tmp_path / "written.glb", library)]
             except NothingToWriteError as error:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.checks.cycles import MAXIMUM_CHAIN
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.graph_checks import check_graph
@@ -35,7 +36,7 @@ def found(make_document, tmp_path):
 
     def check(elements: str) -> list[tuple[str, str, str]]:
         document = make_document(elements)
-        findings = check_graph(document) + check_files(document, tmp_path, tmp_path)
+        findings = check_graph(document) + check_files(document, Reach.only(tmp_path))
         return [(f.code, f.location, f.message) for f in findings]
 
     return check

@@ -17,6 +17,7 @@ import pytest
 
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.drawing import DocumentImages
@@ -114,7 +115,7 @@ def verdicts(
                 node.setInputValue("opacity", opacity, "color3")
         documents.append(document)
     for true, drawn in zip(*map(renderable_elements, documents), strict=True):
-        images = DocumentImages(path.parent, path.parent, "")
+        images = DocumentImages(Reach.beside(path), "")
         expectation = Expectation(true, generator(0, true.getName()), SAMPLES, images)
         assert not expectation.reason
         shader = generate(drawn, target, drawn_library)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.element import sweep_element
@@ -47,7 +48,7 @@ MODEL = """
 
 @pytest.fixture
 def request_for(tmp_path):
-    return Request(tmp_path / "x.mtlx", tmp_path, "x.mtlx", ("glsl", "osl"), samples=512)
+    return Request(tmp_path / "x.mtlx", Reach.only(tmp_path), "x.mtlx", ("glsl", "osl"), samples=512)
 
 
 def names(document: mx.Document) -> list[str]:

@@ -12,6 +12,7 @@ import binascii
 import re
 import struct
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import unquote
 
@@ -19,11 +20,10 @@ from mrm_mtlx.interchange import json_text
 from mrm_mtlx.interchange.gltf.schema import problems
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
 from mrm_mtlx.interchange.json_text import kind, shown
-from mrm_mtlx.library.files import resolve_inside
 from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from mrm_mtlx.library.files import Reach
 
 # Codes of remarks: what breaks glTF's rules, what MaterialX cannot say, and what the validation's catalogue has.
 INVALID, LOST = "INTERCHANGE_INVALID", "INTERCHANGE_LOST"
@@ -59,8 +59,8 @@ class Container:
 
     Attributes
     ----------
-    path, root
-        Its file, and the folder outside of which nothing is opened.
+    path, reach
+        Its file, and where the names in it lead.
     data
         Its JSON; each of `ARRAYS` that is there is an array of objects.
     binary
@@ -68,7 +68,7 @@ class Container:
     """
 
     path: Path
-    root: Path
+    reach: Reach
     data: dict[str, Any]
     binary: tuple[int, int] | None
     _decoded: dict[int, bytes] = field(default_factory=dict, compare=False, repr=False)
@@ -103,7 +103,7 @@ class Container:
             msg = f"the URI {shown(uri)} is not relative; nothing but files beside the asset is opened"
             raise GltfError(OUTSIDE, place, msg, "Put the file beside the asset, and name it by a relative path.")
         name = unquote(uri)
-        target = resolve_inside(name, self.path.parent, self.root)
+        target = self.reach.inside(Path(name))
         if target is None:
             raise GltfError(OUTSIDE, place, f"the URI {shown(uri)} leads out of the folder being read")
         if not target.is_file():
@@ -149,7 +149,7 @@ class Container:
         return read_range(self.file(buffer["uri"], place), offset, length, place)
 
 
-def open_container(path: Path, root: Path) -> Container:
+def open_container(path: Path, reach: Reach) -> Container:
     """Open a .gltf or .glb.
 
     Raises
@@ -158,12 +158,12 @@ def open_container(path: Path, root: Path) -> Container:
         If it is no glTF 2.0, broken, or larger than is read.
     """
     try:
-        return _opened(path, root)
+        return _opened(path, reach)
     except GltfError as error:
         raise UnreadableError(error.remark) from error
 
 
-def _opened(path: Path, root: Path) -> Container:
+def _opened(path: Path, reach: Reach) -> Container:
     try:
         size = path.stat().st_size if path.is_file() else -1
         if size < 0:
@@ -185,7 +185,7 @@ def _opened(path: Path, root: Path) -> Container:
     except RecursionError:
         _refuse("READ_TOO_DEEP", "its JSON is nested more deeply than is read", "glTF has some ten levels.")
     _check(data)
-    return Container(path, root, data, binary)
+    return Container(path, reach, data, binary)
 
 
 def read_range(path: Path, offset: int, length: int, place: str) -> bytes:

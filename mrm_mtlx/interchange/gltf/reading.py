@@ -14,6 +14,7 @@ from mrm_mtlx.interchange.gltf.schema import RETROREFLECTION, known_extensions, 
 from mrm_mtlx.interchange.gltf.textures import Textures
 from mrm_mtlx.interchange.imported import Imported, Remark
 from mrm_mtlx.interchange.json_text import pointer, shown
+from mrm_mtlx.library.files import Reach
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -34,16 +35,16 @@ _CORRECT = "Correct the name; there is no extension of that one that is read."
 _FAINT = 0.08
 
 
-def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
+def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
     """The materials of a .gltf or .glb as a document; see `interchange.formats`.
 
     A material that breaks glTF's rules is left out; what MaterialX cannot say is left out of its material. Both are
     remarks, with JSON pointers as places.
     """
-    container = open_container(path, root)
+    container = open_container(path, reach)
     document = mx.createDocument()
     document.setColorSpace("lin_rec709")
-    imported = Imported(document, folder=path.parent, root=root)
+    imported = Imported(document, reach=reach)
     known: set[Remark] = set()
 
     def report(remark: Remark) -> None:
@@ -53,7 +54,7 @@ def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Importe
 
     textures = Textures(container, scratch, report)
     if textures.packed:
-        imported.folder = imported.root = scratch
+        imported.reach = Reach.only(scratch)
         imported.packed = True
     _check_extensions(container, report)
     colored = dict(_colored(container.data))

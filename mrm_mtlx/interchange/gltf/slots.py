@@ -12,7 +12,6 @@ import numpy as np
 from mrm_mtlx.interchange.gltf.asset import ImageFile
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.textures import PLAIN_KINDS, kind_of
-from mrm_mtlx.library.files import resolve_inside
 from mrm_mtlx.library.images import as_read, read_image, srgb_decoded, srgb_encoded
 
 if TYPE_CHECKING:
@@ -93,8 +92,7 @@ class Images:
         return ImageFile(f"{name}.png", _png(_composed(wanted, loaded)))
 
     def _path(self, name: str) -> Path | None:
-        path = resolve_inside(name, self._source.folder, self._source.root)
-        return path if path is not None and path.is_file() else None
+        return self._source.reach.regular(name)
 
     def _loaded(self, name: str) -> NDArray[np.float32]:
         pixels = self.pixels(name)

@@ -15,6 +15,7 @@ from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.reading import read
 from mrm_mtlx.interchange.gltf.slots import Images
 from mrm_mtlx.interchange.imported import NothingToWriteError, Remark
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
 
@@ -66,7 +67,7 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
         copy, scratch = Path(folder) / path.name, Path(folder) / "scratch"
         scratch.mkdir()
         asset.save(copy, beside=False)
-        back = read(copy, Path(folder), library, scratch)
+        back = read(copy, Reach.beside(copy), library, scratch)
         found = Images(back, copy)
         for element, again, data in zip(elements, renderable_elements(back.document), asset.materials, strict=True):
             place = f"/{element.getNamePath()}"

@@ -11,7 +11,7 @@ from pxr import Ar, Sdf
 
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
 from mrm_mtlx.interchange.usd.opening import SUFFIXES, folder_of
-from mrm_mtlx.library.files import resolve_inside
+from mrm_mtlx.library.files import Reach
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -32,9 +32,9 @@ class Assets:
         If a package cannot be unpacked within the bounds.
     """
 
-    def __init__(self, path: Path, root: Path, scratch: Path) -> None:
+    def __init__(self, path: Path, reach: Reach, scratch: Path) -> None:
         self.packed = path.suffix.lower() == ".usdz"
-        self.folder, self.root = (scratch, scratch) if self.packed else (path.resolve().parent, root)
+        self.reach = Reach.only(scratch) if self.packed else reach.at(path.resolve().parent)
         self.remarks: list[Remark] = []
         self.seen: set[str] = set()
         if self.packed:
@@ -54,7 +54,7 @@ class Assets:
             message = f"the image '{inner}' lies inside {Path(outer).name}, from which it is not read; unpack it"
             self.remarks.append(Remark("INTERCHANGE_LOST", str(attribute.GetPath()), message))
             return ""
-        return os.path.relpath(outer, self.folder).replace(os.sep, "/")
+        return os.path.relpath(outer, self.reach.folder).replace(os.sep, "/")
 
 
 def _absolute(attribute: Usd.Attribute, name: str) -> str:
@@ -77,7 +77,7 @@ def _unpack(path: Path, folder: Path) -> None:
                 bounds = f"{MAXIMUM_FILES} files and {MAXIMUM_BYTES // 2**20} MiB are read"
                 raise UnreadableError(Remark("READ_TOO_LARGE", "", f"the package holds {found}; {bounds}"))
             for entry in entries:
-                target = resolve_inside(entry.filename, folder, folder)
+                target = Reach.only(folder).inside(Path(entry.filename))
                 if target is not None:
                     target.parent.mkdir(parents=True, exist_ok=True)
                     with package.open(entry) as stream:

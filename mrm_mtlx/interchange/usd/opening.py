@@ -15,10 +15,11 @@ from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
 from mrm_mtlx.interchange.usd.weighing import MAXIMUM_DEPTH, Arc, Layer, refuse_heavy, too_deep
 from mrm_mtlx.library.console import silenced
-from mrm_mtlx.library.files import resolve_inside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.library.files import Reach
 
 # Of all layers together. Geometry may lie beside the materials, so that these are larger than for documents.
 MAXIMUM_BYTES = 256 * 2**20
@@ -43,8 +44,8 @@ _TOKENS = re.compile(
 )
 
 
-def open_stage(path: Path, root: Path) -> tuple[Usd.Stage, list[Remark]]:
-    """Open a stage, all of whose files lie inside `root`.
+def open_stage(path: Path, reach: Reach) -> tuple[Usd.Stage, list[Remark]]:
+    """Open a stage, all of whose files lie within reach.
 
     Returns
     -------
@@ -56,7 +57,7 @@ def open_stage(path: Path, root: Path) -> tuple[Usd.Stage, list[Remark]]:
     UnreadableError
         If a file of it cannot be read or lies outside, or if it is too large.
     """
-    scan = _Scan(path.resolve(), root.resolve())
+    scan = _Scan(path.resolve(), reach)
     with silenced():
         scan.run()
         try:
@@ -83,8 +84,8 @@ def folder_of(layer: Sdf.Layer) -> Path:
 class _Scan:
     """The layers of a stage, each read once; names are absolute paths, those inside of packages as "file[inner]"."""
 
-    def __init__(self, path: Path, root: Path) -> None:
-        self._first, self._root = str(path), root
+    def __init__(self, path: Path, reach: Reach) -> None:
+        self._first, self._reach = str(path), reach
         self._layers: dict[str, Layer] = {}
         self._acyclic: set[str] = set()
         self._bytes = 0
@@ -199,7 +200,7 @@ class _Scan:
     def _located(self, layer: Sdf.Layer, name: str, place: str) -> str:
         """The absolute path that a name in a layer means."""
         outer, inner = Ar.SplitPackageRelativePathOuter(layer.ComputeAbsolutePath(name))
-        file = resolve_inside(outer, folder_of(layer), self._root)
+        file = self._reach.at(folder_of(layer)).inside(Path(outer))
         if file is None:
             message = f"the file '{name}' lies outside the folder being checked"
             raise UnreadableError(Remark("READ_OUTSIDE", place, message))

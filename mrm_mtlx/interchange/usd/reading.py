@@ -21,15 +21,16 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.library.files import Reach
 
 # Variants that are selected one after the other to see what they change.
 MAXIMUM_VARIANTS = 64
 
 
-def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
+def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
     """Read the materials of a stage that have a MaterialX network; see `interchange.formats`."""
     try:
-        return _read(path, root, library, scratch)
+        return _read(path, reach, library, scratch)
     except UnicodeDecodeError as error:
         message = f"a text in {path.name} is not UTF-8: byte 0x{error.object[error.start]:02x}"
         raise UnreadableError(Remark("READ_ENCODING", "", message)) from error
@@ -37,9 +38,9 @@ def read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Importe
         raise UnreadableError(Remark("READ_FORMAT", "", f"{path.name}: {said(error)}")) from error
 
 
-def _read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Imported:
-    stage, remarks = open_stage(path, root)
-    assets = Assets(path, root, scratch)
+def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
+    stage, remarks = open_stage(path, reach)
+    assets = Assets(path, reach, scratch)
     translation = Translation(_document(stage, library), library, assets.name)
     known = _translate_all(stage, translation)
     remarks += _circles(stage)
@@ -51,8 +52,7 @@ def _read(path: Path, root: Path, library: DataLibrary, scratch: Path) -> Import
         translation.document,
         translation.places,
         list(dict.fromkeys(remarks)),
-        folder=assets.folder,
-        root=assets.root,
+        reach=assets.reach,
         packed=assets.packed,
     )
 

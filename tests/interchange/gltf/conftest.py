@@ -11,6 +11,7 @@ import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.interchange import gltf
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.images import read_image
 from mrm_mtlx.reference import Illumination, ShadingPoints, Surface
 from mrm_mtlx.shadergen import renderable_elements
@@ -74,7 +75,7 @@ def read(library, tmp_path) -> Callable[[Path], Imported]:
     def run(path: Path) -> Imported:
         scratch = tmp_path / f"scratch_{len(list(tmp_path.glob('scratch_*')))}"
         scratch.mkdir()
-        return gltf.read(path, path.parent, library, scratch)
+        return gltf.read(path, Reach.beside(path), library, scratch)
 
     return run
 
@@ -85,7 +86,7 @@ def surface_of() -> Callable[..., Surface]:
 
     def make(imported: Imported, index: int = 0) -> Surface:
         element = renderable_elements(imported.document)[index]
-        return Surface(element, images=lambda name: read_image(imported.folder / name))
+        return Surface(element, images=lambda name: read_image(imported.reach.folder / name))
 
     return make
 

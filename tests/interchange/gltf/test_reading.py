@@ -338,7 +338,7 @@ def test_images_inside_of_an_asset_are_those_beside_it(glb, png, write_asset, tm
     (file,) = (e for e in imported.document.traverseTree() if e.getName() == "file")
     assert imported.remarks == []
     assert imported.packed
-    assert (imported.folder / file.getValueString()).read_bytes() == content
+    assert (imported.reach.folder / file.getValueString()).read_bytes() == content
     assert file.getValueString() == "a_mask_0.png"
 
 

@@ -290,7 +290,7 @@ def test_what_is_unpacked_is_bounded_and_one_image_is_unpacked_once(monkeypatch,
     path.write_bytes(glb(data, content))
     imported = read(path)
     assert imported.remarks == []
-    assert len(list(imported.folder.iterdir())) == 2
+    assert len(list(imported.reach.folder.iterdir())) == 2
     monkeypatch.setattr(textures, "MAXIMUM_UNPACKED_BYTES", len(content))
     (remark,) = read(path).remarks
     assert (remark.code, remark.place) == ("READ_TOO_LARGE", "/images/1")

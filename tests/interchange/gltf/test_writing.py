@@ -12,6 +12,7 @@ from mrm_mtlx.interchange import gltf
 from mrm_mtlx.interchange.gltf import closures, comparison, schema, slots
 from mrm_mtlx.interchange.gltf.container import open_container
 from mrm_mtlx.interchange.imported import Imported, NothingToWriteError
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import UnsupportedError
 
 TEXELS = np.array([[[230, 110, 60], [90, 140, 200]], [[40, 180, 100], [150, 70, 240]]])
@@ -25,7 +26,7 @@ def written(library, tmp_path):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         remarks = gltf.write(imported, path, library)
-        return open_container(path, tmp_path).data, remarks
+        return open_container(path, Reach.beside(path)).data, remarks
 
     return run
 
@@ -37,7 +38,7 @@ def imported(make_document, tmp_path):
     def make(elements, attributes='colorspace="lin_rec709"'):
         document = make_document(elements, attributes=attributes)
         assert document.validate() == (True, "")
-        return Imported(document, folder=tmp_path, root=tmp_path)
+        return Imported(document, reach=Reach.only(tmp_path))
 
     return make
 
@@ -208,7 +209,7 @@ def test_an_asset_comes_back_as_it_was(full, read, written, tmp_path, ordered, n
     assert ordered(data) == ordered(json.loads(full.read_text()))
     again = read(tmp_path / name)
     files = [e for e in again.document.traverseTree() if e.getName() == "file"]
-    contents = {(again.folder / e.getResolvedValueString()).read_bytes() for e in files}
+    contents = {(again.reach.folder / e.getResolvedValueString()).read_bytes() for e in files}
     assert contents == {(tmp_path / "a.png").read_bytes(), (tmp_path / "b.png").read_bytes()}
     assert again.document.getMaterialNodes()[0].getName() == "full"
     if "all" in name:
@@ -230,7 +231,7 @@ def test_what_was_unpacked_is_copied_beside_the_asset(full, library, read, tmp_p
     few(full)
     gltf.write(read(full), tmp_path / "one.glb", library)
     unpacked = read(tmp_path / "one.glb")
-    assert unpacked.folder.is_relative_to(tmp_path)
+    assert unpacked.reach.folder.is_relative_to(tmp_path)
     gltf.write(unpacked, tmp_path / "again.gltf", library)
     images = json.loads((tmp_path / "again.gltf").read_text())["images"]
     assert len(images) == 2

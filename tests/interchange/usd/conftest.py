@@ -12,6 +12,7 @@ import pytest
 from mrm_mtlx.interchange import materialx
 from mrm_mtlx.interchange.imported import Imported
 from mrm_mtlx.interchange.usd import read, write
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.drawing import DocumentImages
@@ -43,7 +44,7 @@ def imported(library: DataLibrary, tmp_path: Path) -> Callable[[Path], Imported]
     """Function from a file of any format to what is read from it, its folder being the test's."""
 
     def run(path: Path) -> Imported:
-        return read_document(path, path.parent, library, _scratch(tmp_path))[0]
+        return read_document(path, Reach.beside(path), library, _scratch(tmp_path))[0]
 
     return run
 
@@ -54,7 +55,7 @@ def stage_of(library: DataLibrary, tmp_path: Path, usda: Callable[..., Path]) ->
 
     def run(prims: str | Path) -> Imported:
         path = usda(prims) if isinstance(prims, str) else prims
-        return read(path, path.parent, library, _scratch(tmp_path))
+        return read(path, Reach.beside(path), library, _scratch(tmp_path))
 
     return run
 
@@ -66,7 +67,7 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
     def run(document: Any, name: str = "out.usda", lost: list[Any] | None = None) -> Path:
         source = document
         if not isinstance(document, Imported):
-            source = Imported(document, folder=tmp_path, root=tmp_path)
+            source = Imported(document, reach=Reach.only(tmp_path))
         remarks = write(source, tmp_path / name, library)
         if lost is None:
             assert remarks == []
@@ -103,7 +104,7 @@ def shades() -> Callable[[Imported, np.random.Generator], list[Array | str]]:
         points = _points(np.random.default_rng(rng.bit_generator.seed_seq))
         found: list[Array | str] = []
         for element in renderable_elements(source.document):
-            images = DocumentImages(source.folder, source.root, "")
+            images = DocumentImages(source.reach, "")
             try:
                 found.append(Surface(element, images=images).shade(points))
             except UnsupportedError as error:

@@ -13,6 +13,7 @@ import pytest
 
 from mrm_mtlx.engines.osl.process import VARIABLE
 from mrm_mtlx.library import node_library_folder
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.request import Request
@@ -31,7 +32,7 @@ DOCUMENTS = (
 def test_the_verdict_on_the_stage_is_that_on_the_document(name, imported, written):
     path = REPOSITORY / f"{name}.mtlx"
     stage = written(imported(path))
-    document, converted = (check_document(Request(p, p.parent, p.name, targets=())) for p in (path, stage))
+    document, converted = (check_document(Request(p, Reach.beside(p), p.name, targets=())) for p in (path, stage))
     assert [f.code for f in converted.findings] == [f.code for f in document.findings]
     assert [f.message for f in converted.findings] == [f.message for f in document.findings]
     assert all(f.location.startswith("/Materials/") for f in converted.findings)
@@ -42,7 +43,8 @@ def test_every_target_gives_the_same_result(gl, imported, written):
     path = REPOSITORY / "materials" / "licence_plate.mtlx"
     stage = written(imported(path))
     document, converted = (
-        check_document(Request(p, p.parent, p.name, ("glsl", "mdl"), 64)).renderables[0].targets for p in (path, stage)
+        check_document(Request(p, Reach.beside(p), p.name, ("glsl", "mdl"), 64)).renderables[0].targets
+        for p in (path, stage)
     )
     assert document["glsl"].status == "pass"
     assert converted == document
@@ -50,7 +52,7 @@ def test_every_target_gives_the_same_result(gl, imported, written):
 
 def test_a_report_on_a_stage_follows_the_schema(stage_of, usda):
     path = usda('def Material "M" {\n token outputs:mtlx:surface\n}\n', head="#usda 1.0\n")
-    result = check_document(Request(path, path.parent, path.name, targets=()))
+    result = check_document(Request(path, Reach.beside(path), path.name, targets=()))
     assert {f.code for f in result.findings} >= {"USD_VALIDATOR", "DOC_CONNECTION"}
     report = json.loads(reports.to_json(ValidationResult(versions(), engines(()), [result])))
     jsonschema.validate(report, json.loads((REPOSITORY / "docs" / "report.schema.json").read_text(encoding="utf-8")))

@@ -197,8 +197,10 @@ def package(path, **files):
 def test_a_package_is_unpacked_within_bounds(stage_of, tmp_path, monkeypatch):
     path = package(tmp_path / "p.usdz", **{"s.usda": EMPTY, "../out.png": b"x", "tex/a.png": b"y" * 100})
     read = stage_of(path)
-    assert [p.relative_to(read.folder).as_posix() for p in read.folder.rglob("*") if p.is_file()] == ["tex/a.png"]
-    assert not (read.folder.parent / "out.png").exists()
+    assert [p.relative_to(read.reach.folder).as_posix() for p in read.reach.folder.rglob("*") if p.is_file()] == [
+        "tex/a.png"
+    ]
+    assert not (read.reach.folder.parent / "out.png").exists()
     for name, enough in (("MAXIMUM_FILES", 2), ("MAXIMUM_BYTES", 101)):
         with monkeypatch.context() as patch:
             patch.setattr(assets, name, enough)

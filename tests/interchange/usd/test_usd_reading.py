@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mrm_mtlx.interchange.usd import reading, validators
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.request import Request
 
@@ -277,7 +278,7 @@ FOUND = {
 def test_what_the_checks_of_documents_find_has_its_place_in_the_stage(usda, parts):
     filled, (code, place, message) = parts
     path = usda(MATERIAL.format(**BARE | filled))
-    result = check_document(Request(path, path.parent, path.name, targets=()))
+    result = check_document(Request(path, Reach.beside(path), path.name, targets=()))
     (found,) = [found for found in result.findings if found.code != "USD_VALIDATOR"]
     assert (found.code, found.location) == (code, place)
     assert message in found.message

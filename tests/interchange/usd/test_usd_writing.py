@@ -10,6 +10,7 @@ from pxr import Sdf, Usd, UsdShade
 from mrm_mtlx.interchange import usd
 from mrm_mtlx.interchange.imported import Imported
 from mrm_mtlx.interchange.usd import saving, writing
+from mrm_mtlx.library.files import Reach
 
 LEAF = '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{}</oren_nayar_diffuse_bsdf>'
 USE = (
@@ -123,7 +124,7 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
         '<image name="i" type="color3"><input name="file" type="filename" value="a.ppm" fileprefix="tex/" /></image>'
     )
     document = surface_document(image + LEAF.format('<input name="color" type="color3" nodename="i" />'))
-    source = Imported(document, folder=tmp_path / "documents", root=tmp_path)
+    source = Imported(document, reach=Reach(tmp_path / "documents", tmp_path))
     # What lies elsewhere is copied, so that the stage's folder has all that it names.
     for name, expected in (("stages/a.usda", "./a/documents/tex/a.ppm"), ("documents/a.usda", "./tex/a.ppm")):
         assert usd.write(source, tmp_path / name, library) == []
@@ -139,9 +140,9 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
             assert (data % saving.ALIGNMENT, entry.compress_type) == (0, zipfile.ZIP_STORED)
     # Within the package, and without it.
     (tmp_path / "documents/tex/a.ppm").unlink()
-    back = usd.read(tmp_path / "a.usdz", tmp_path, library, tmp_path / "stages")
+    back = usd.read(tmp_path / "a.usdz", Reach.only(tmp_path), library, tmp_path / "stages")
     name = back.document.getNode("i").getInput("file").getValueString()
-    assert (back.packed, (back.folder / name).read_bytes()[-3:]) == (True, b"\x80\x40\x20")
+    assert (back.packed, (back.reach.folder / name).read_bytes()[-3:]) == (True, b"\x80\x40\x20")
     with pytest.raises(OSError, match="is an image missing"):
         usd.write(source, tmp_path / "a.usdz", library)
 

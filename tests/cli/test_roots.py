@@ -1,0 +1,93 @@
+"""`--root`: folders from which files may be read besides the document's own."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+PICTURE = Path(__file__).parents[1] / "documents" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"
+DOCUMENT = """<?xml version="1.0"?>
+<materialx version="1.39" colorspace="lin_rec709">
+  <image name="i" type="color3"><input name="file" type="filename" value="{}" /></image>
+  <oren_nayar_diffuse_bsdf name="d" type="BSDF"><input name="color" type="color3" nodename="i" />
+  </oren_nayar_diffuse_bsdf>
+  <surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="d" /></surface>
+  <surfacematerial name="m" type="material"><input name="surfaceshader" type="surfaceshader" nodename="s" />
+  </surfacematerial>
+</materialx>
+"""
+# Each command that opens a document; "{}" is its place.
+COMMANDS = {
+    "validate": ("validate", "{}", "--target", "glsl", "--samples", "16"),
+    "render": ("render", "{}", "-o", "a.png", "--size", "16"),
+    "generate": ("generate", "{}"),
+    "convert": ("convert", "{}", "a.usda"),
+    "convert to OpenMATERIAL": ("convert", "{}", "a.json"),
+    "plot": ("plot", "{}", "-o", "a.svg"),
+    "photometry": ("photometry", "{}"),
+}
+
+
+@pytest.fixture
+def show(tmp_path):
+    """Folders as a project has them, `show/tex` beside `show/mat`, with a document; returns `show`."""
+    for folder in ("show/tex", "show/mat", "tools/tex"):
+        (tmp_path / folder).mkdir(parents=True)
+    shutil.copy(PICTURE, tmp_path / "show/tex/x.png")
+    (tmp_path / "show/mat/a.mtlx").write_text(DOCUMENT.format("../tex/x.png"), encoding="utf-8")
+    return tmp_path / "show"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_texture_beside_the_folder_is_read_where_a_root_holds_it(in_process, gl, show, command):
+    arguments = [part.format(show / "mat/a.mtlx") for part in COMMANDS[command]]
+    refused = in_process(*arguments)
+    assert refused.exit_code == 1
+    assert "READ_OUTSIDE" in refused.output
+    assert "--root" in refused.output
+    allowed = in_process(*arguments, "--root", show)
+    assert (allowed.exit_code, "READ_OUTSIDE" in allowed.output) == (0, False), allowed.output
+
+
+def test_roots_are_searched_in_order_for_what_is_not_beside_the_document(in_process, show, tmp_path):
+    (show / "mat/a.mtlx").write_text(DOCUMENT.format("tex/x.png"), encoding="utf-8")
+    (tmp_path / "tools/tex/x.png").write_bytes(b"no picture")
+    quick = ("validate", show / "mat", "--target", "glsl", "--samples", "16")
+    assert "DOC_FILE /i/file the image 'tex/x.png' does not exist" in " ".join(in_process(*quick).output.split())
+    assert in_process(*quick, "--root", show).exit_code == 0
+    assert in_process(*quick, "--root", show, "--root", tmp_path / "tools").exit_code == 0
+    shadowed = in_process(*quick, "--root", tmp_path / "tools", "--root", show)
+    assert (shadowed.exit_code, "DOC_FILE" in shadowed.output) == (1, True)
+
+
+def test_a_link_in_the_folder_may_lead_into_a_root(in_process, show, tmp_path):
+    (tmp_path / "tools/a.mtlx").write_bytes((show / "mat/a.mtlx").read_bytes())
+    (show / "mat/a.mtlx").unlink()
+    (show / "mat/a.mtlx").symlink_to(tmp_path / "tools/a.mtlx")
+    quick = ("validate", show / "mat", "--target", "glsl", "--samples", "16")
+    assert "READ_OUTSIDE" in in_process(*quick).output
+    allowed = in_process(*quick, "--root", show, "--root", tmp_path / "tools")
+    assert allowed.exit_code == 0, allowed.output
+
+
+def test_what_was_read_from_a_root_is_copied_beside_what_is_written(in_process, show, tmp_path):
+    (tmp_path / "out").mkdir()
+    done = in_process("convert", show / "mat/a.mtlx", "out/a.usda", "--root", show)
+    assert done.exit_code == 0, done.output
+    (copy,) = (tmp_path / "out").rglob("x.png")
+    assert copy.read_bytes() == PICTURE.read_bytes()
+    assert f"{copy.relative_to(tmp_path / 'out').as_posix()}@" in (tmp_path / "out/a.usda").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_root_that_is_no_folder_is_a_wrong_call(in_process, show, command):
+    arguments = [part.format(show / "mat/a.mtlx") for part in COMMANDS[command]]
+    done = in_process(*arguments, "--root", "nowhere")
+    assert (done.exit_code, "--root" in done.output, "nowhere" in done.output) == (2, True, True)
+
+
+def test_a_root_is_for_documents_alone(in_process, tmp_path):
+    done = in_process("plot", "-o", "a.svg", "--root", tmp_path)
+    assert (done.exit_code, "only with a document" in done.output) == (2, True)
