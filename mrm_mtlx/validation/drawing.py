@@ -8,7 +8,9 @@ import numpy as np
 
 from mrm_mtlx.engines import gl
 from mrm_mtlx.library.images import read_image
+from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.findings import finding
+from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.results import TargetResult
 
 if TYPE_CHECKING:
@@ -88,31 +90,48 @@ def check_draws(
         return dict.fromkeys(expectations, (TargetResult("generate", "skip", available.reason), []))
     try:
         with gl.SurfaceProgram(shader, images.of(shader)) as program:
-            return {
-                name: _check(shader.target, expectation, expectation.draw(program, uniforms), place)
-                for name, (expectation, uniforms) in expectations.items()
-            }
+            found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
+        return {name: _check(shader, images, *expectations[name], found[name], place) for name in expectations}
     except gl.CompileError as error:
-        found = finding("SHADER_COMPILE", place, f"{shader.target}: {error.messages[0]}")
-        return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [found]))
+        refused = finding("SHADER_COMPILE", place, f"{shader.target}: {error.messages[0]}")
+        return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [refused]))
 
 
 def _check(
-    target: str, expectation: Expectation, found: tuple[NDArray[np.float32], ...], place: str
+    shader: Shader,
+    images: DocumentImages,
+    expectation: Expectation,
+    uniforms: Mapping[str, Any],
+    found: tuple[NDArray[np.float32], ...],
+    place: str,
 ) -> tuple[TargetResult, list[Finding]]:
-    count = sum(len(colors) for colors in found)
+    target, count = shader.target, sum(len(colors) for colors in found)
     bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
     if bad:
         message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite"
         return TargetResult("compare", "fail", samples=count), [finding("SHADER_NOT_FINITE", place, message)]
     if expectation.reason:
         return TargetResult("compile", "skip", expectation.reason, samples=count), []
-    verdict = expectation.compare(found, target)
+    verdict = expectation.compare(found)
+    if not verdict.comparison.passed:
+        verdict = _explained(verdict, shader, images, expectation, uniforms)
     if verdict.specified is None:
         return judged(target, verdict.comparison, place)
     names = ", ".join(sorted(d.value for d in verdict.deviations))
     message = f"{target}: it deviates as known ({names}); from the specification: {describe(verdict.specified)}"
     return _compared(verdict.comparison), [finding("UPSTREAM_DEVIATION", place, message)]
+
+
+def _explained(
+    verdict: Verdict, shader: Shader, images: DocumentImages, expectation: Expectation, uniforms: Mapping[str, Any]
+) -> Verdict:
+    """The verdict on the shader without known deviations of its source, if it is right then; else the one given."""
+    for deviations, mended in mended_sources(shader):
+        with gl.SurfaceProgram(mended, images.of(mended)) as program:
+            right = expectation.compare(expectation.draw(program, uniforms))
+        if right.comparison.passed:
+            return Verdict(right.comparison, deviations | right.deviations, verdict.comparison)
+    return verdict
 
 
 def judged(target: str, comparison: Comparison, place: str) -> tuple[TargetResult, list[Finding]]:

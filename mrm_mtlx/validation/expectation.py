@@ -10,7 +10,6 @@ import numpy as np
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting
 from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
 from mrm_mtlx.reference import Environment, Illumination, Surface, UnsupportedError
-from mrm_mtlx.reference.deviations import possible
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
 from mrm_mtlx.validation.comparison import compare, draw, worse
@@ -44,7 +43,8 @@ class Verdict:
     Attributes
     ----------
     comparison
-        With the specification; where that failed and `deviations` explain it, with the reference deviating likewise.
+        With the specification; where that failed and `deviations` explain it, with the reference deviating likewise, or
+        of the source without them.
     deviations
         Known deviations of MaterialX that the surface may have, where the comparison needed any of them.
     specified
@@ -112,13 +112,13 @@ class Expectation:
         )
         return tuple(draw(program, p, uniforms, at) for p, at in zip(self._points, lighting, strict=True))
 
-    def compare(self, found: tuple[NDArray[np.floating], ...], target: str) -> Verdict:
-        """Compare what was drawn for a target with the reference, which there must be.
+    def compare(self, found: tuple[NDArray[np.floating], ...]) -> Verdict:
+        """Compare what was drawn with the reference, which there must be.
 
         Where it is not what the specification says, it may be what MaterialX is known to make of it.
         """
         true = self._compare(found, frozenset())
-        known = possible(frozenset(self._met), target)
+        known = frozenset(self._met)
         if true.passed or not known:
             return Verdict(true)
         as_known = self._compare(found, known)

@@ -49,7 +49,7 @@ def test_light_and_surroundings_are_drawn_and_compared(gl, glass):
     _, expectation, shader = glass
     found = drawn(expectation, shader)
     assert [len(colors) for colors in found] == [SAMPLES, SAMPLES // 16]
-    comparison = expectation.compare(found, "glsl").comparison
+    comparison = expectation.compare(found).comparison
     assert comparison.passed
     assert comparison.samples == SAMPLES + SAMPLES // 16
 
@@ -74,7 +74,7 @@ def test_an_error_is_seen_where_it_is(gl, glass, old, new, seen_in):
     for number in (0, 1):
         mixed = [*true]
         mixed[number] = wrong[number]
-        assert expectation.compare(tuple(mixed), "glsl").comparison.passed is (number not in seen_in)
+        assert expectation.compare(tuple(mixed)).comparison.passed is (number not in seen_in)
 
 
 def test_a_surface_without_a_reference_is_drawn_and_says_what_is_unknown(gl, surface_document, library):

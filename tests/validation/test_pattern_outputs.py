@@ -91,7 +91,7 @@ def test_every_output_shows_its_value(gl, make_document, library):
         expectation = expected(element)
         found = drawn(element, library, expectation)
         assert np.max(np.abs(found[0][:, :3])) > 0.1, name
-        assert expectation.compare(found, "glsl").comparison.passed, name
+        assert expectation.compare(found).comparison.passed, name
 
 
 @pytest.mark.parametrize("error", ERRORS)
@@ -102,7 +102,7 @@ def test_an_error_in_a_pattern_is_seen_in_the_outputs_that_depend_on_it(gl, make
     failed = set()
     for name, element in elements(true).items():
         expectation = expected(element)
-        if not expectation.compare(drawn(shown[name], library, expectation), "glsl").comparison.passed:
+        if not expectation.compare(drawn(shown[name], library, expectation)).comparison.passed:
             failed.add(name)
     assert failed == seen
 
@@ -114,7 +114,7 @@ def test_a_pattern_that_depends_on_the_light_is_seen(gl, make_document, library,
     expectation = expected(element)
     found = list(drawn(element, library, expectation))
     found[which] = 0.999 * found[which]  # under the light, or in the surroundings
-    assert not expectation.compare(tuple(found), "glsl").comparison.passed
+    assert not expectation.compare(tuple(found)).comparison.passed
 
 
 @pytest.mark.parametrize("kind", ["matrix33", "string"])

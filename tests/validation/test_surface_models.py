@@ -261,7 +261,7 @@ def test_an_amount_that_is_an_image_is_drawn_as_the_reference_has_it(gl, rng, li
     (file,) = [port.variable for port in shader.uniforms if port.path == "where/file"]
     expectation = Expectation(element, rng, 256, lambda _name: pixels)
     with SurfaceProgram(shader, {file: pixels}) as program:
-        assert expectation.compare(expectation.draw(program), "essl").comparison.passed
+        assert expectation.compare(expectation.draw(program)).comparison.passed
 
 
 LOBE = """

@@ -9,7 +9,6 @@ import numpy as np
 from mrm_mtlx.library.images import ADDRESS_MODES
 from mrm_mtlx.reference import hextile, texture_lookup
 from mrm_mtlx.reference.closures.light import unit
-from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.nodes.registry import node
 from mrm_mtlx.reference.precision import widened
 from mrm_mtlx.reference.texture_lookup import AddressModes
@@ -30,10 +29,6 @@ _MODES = {name: name for name in ADDRESS_MODES} | {"black": "constant"}
 # Ways in which coordinates may be off. From a texel's corner, the one across is reached along a diagonal alone.
 _WAYS = {"u": (1.0, 0.0), "v": (0.0, 1.0), "rising": (1.0, 1.0), "falling": (1.0, -1.0)}
 
-# How far a sampler of precision lowp may be off, for colours up to 1: GLSL ES 3.00, section 4.5.1. It need not hold
-# more than 2; relative to more, half floats are better than that.
-LOWP_ERROR = 2.0**-8
-
 
 @node(*(f"ND_image_{kind}" for kind in ("float", "color3", "color4", "vector2", "vector3", "vector4")))
 def _image(inputs: Inputs) -> Value:
@@ -45,7 +40,7 @@ def _image(inputs: Inputs) -> Value:
     default, pixels, texcoord = inputs.stored("default"), inputs.image("file"), inputs.array("texcoord")
     border = np.atleast_2d(default)
     if pixels is None:
-        value = _sampled(inputs, lambda **ways: _held(border, ways))
+        value = border
     else:
         modes = AddressModes(*(_MODES.get(inputs.text(name), "periodic") for name in ("uaddressmode", "vaddressmode")))
         look_up = _closest if inputs.text("filtertype") == "closest" else _linear
@@ -55,7 +50,7 @@ def _image(inputs: Inputs) -> Value:
 
 def _linear(inputs: Inputs, pixels: NDArray[np.floating], uv: Array, modes: AddressModes, border: Array) -> Array:
     def at(**ways: Array | float) -> Array:
-        return _held(texture_lookup.linear(pixels, _moved(pixels, uv, ways), modes, border), ways)
+        return texture_lookup.linear(pixels, _moved(pixels, uv, ways), modes, border)
 
     return _sampled(inputs, at, "u", "v")
 
@@ -66,15 +61,13 @@ def _closest(inputs: Inputs, pixels: NDArray[np.floating], uv: Array, modes: Add
 
     def at(**ways: Array | float) -> Array:
         moved = texture_lookup.cell(pixels, _moved(pixels, uv, ways)) if _WAYS.keys() & ways.keys() else decided
-        return _held(texture_lookup.texel(pixels, moved, modes, border), ways)
+        return texture_lookup.texel(pixels, moved, modes, border)
 
     return _sampled(inputs, at, *(() if settled else _WAYS))
 
 
 def _sampled(inputs: Inputs, at: Callable[..., Array], *ways: str) -> Array:
-    """What is looked up; in the move of textures, what it may be off in these ways and by the sampler's precision."""
-    if inputs.deviates(Deviation.LOWP_SAMPLERS):
-        ways = (*ways, "lowp")
+    """What is looked up; in the move of textures, what it may be off in these ways."""
     return widened(at, **dict.fromkeys(ways, 1.0)) if inputs.light.part == "texture" else at()
 
 
@@ -82,11 +75,6 @@ def _moved(pixels: NDArray[np.floating], uv: Array, ways: Mapping[str, Array | f
     """Coordinates moved by these multiples of their error, by the names of `_WAYS` with the suffix."""
     steps = [ways.get(name + suffix, 0.0) * np.array(way)[:, None] for name, way in _WAYS.items()]
     return np.asarray(uv + np.sum(steps, axis=0) * texture_lookup.coordinate_error(pixels, uv))
-
-
-def _held(value: Array, ways: Mapping[str, Array | float], suffix: str = "") -> Array:
-    """What is sampled, off by the multiple of a low precision's error that "lowp" with the suffix names."""
-    return value + ways.get("lowp" + suffix, 0.0) * LOWP_ERROR * np.maximum(np.abs(value), 1.0)
 
 
 @node("ND_hextiledimage_color3", "ND_hextiledimage_color4")
@@ -140,15 +128,14 @@ def _hextiled(inputs: Inputs, blended: Callable[[Tiles, Array], Array]) -> Array
         shown = []
         for tile, uv in enumerate(tiles.coordinates):
             place = _moved(pixels, uv, moved, f"_{tile}")
-            shown.append(_held(texture_lookup.linear(pixels, place, AddressModes(), default), moved, f"_{tile}"))
+            shown.append(texture_lookup.linear(pixels, place, AddressModes(), default))
         return blended(tiles, _stacked(shown))
 
-    lowp = ("lowp",) if inputs.deviates(Deviation.LOWP_SAMPLERS) else ()
     match inputs.light.part:
         case "functions":
             return widened(at, **hextile.errors(coord))
         case "texture":
-            of_tiles = (f"{name}_{tile}" for name in ("u", "v", *lowp) for tile in range(hextile.TILES))
+            of_tiles = (f"{name}_{tile}" for name in ("u", "v") for tile in range(hextile.TILES))
             return widened(at, **dict.fromkeys(("u", "v", *of_tiles), 1.0))
     return at()
 

@@ -13,7 +13,6 @@ import pytest
 from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
 from mrm_mtlx.library.images import ADDRESS_MODES, FILTER_TYPES, read_image
 from mrm_mtlx.reference import ROUNDING_FACTOR, ShadingPoints, Surface, hextile, texture_lookup
-from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate
 
 if TYPE_CHECKING:
@@ -130,12 +129,12 @@ def compared(gl_clean, make_document, library):
     `drawn` and `instead` are other images and nodes for GLSL alone; `old` and `new` damage its source.
     """
 
-    def compare(nodes, points, images, drawn=None, instead="", old="", new="", target="glsl", deviations=frozenset()):
+    def compare(nodes, points, images, drawn=None, instead="", old="", new=""):
         document = make_document(nodes)
-        surface = Surface(document.getNode("s"), images=images.get, deviations=deviations)
+        surface = Surface(document.getNode("s"), images=images.get)
         tolerance = surface.tolerance(points)
         document = make_document(instead or nodes)
-        shader = generate(document.getNode("s"), target, library)
+        shader = generate(document.getNode("s"), "glsl", library)
         if old:
             assert old in shader.sources["pixel"]
             shader = replace(shader, sources={**shader.sources, "pixel": shader.sources["pixel"].replace(old, new)})
@@ -276,18 +275,6 @@ def test_four_channels_and_normals_through_hex_tiles_agree_with_glsl(excess, pic
         given = {"flip_g": f"boolean:{flip}", "strength": "float:0.7", "falloff": "float:0.6"}
         nodes = image("vector3", "hextilednormalmap", "b.exr", **given)
         assert np.max(excess(shown(nodes, "vector3"), points, images)) <= 1.0
-
-
-LOWP = {"linear": image(), "closest": image(filtertype="string:closest"), "missing": image(file="none.png")}
-LOWP["tiled"] = image(node="hextiledimage")
-
-
-@pytest.mark.parametrize("name", LOWP)
-def test_samplers_of_low_precision_are_a_known_deviation(excess, picture, points, name):
-    nodes, known = shown(LOWP[name]), frozenset([Deviation.LOWP_SAMPLERS])
-    assert np.max(excess(nodes, points, picture, target="essl", deviations=known)) <= 1.0
-    if name != "tiled":  # the random numbers of tiles are less precise than that
-        assert np.max(excess(nodes, points, picture, target="essl")) > 1.0
 
 
 # Planted errors: what is done to the pixels that GLSL gets.
