@@ -134,9 +134,21 @@ RULES: dict[str, Rule] = {
             "DOC_INPUT_VALUE",
             _ERROR,
             "value cannot be parsed",
-            "The value is not of the input's type, or not one of the values that the definition enumerates. A boolean "
-            "is exactly true or false; a vector has its number of components, separated by commas.",
+            "The value of an input, an interface, a default or a token is not of its type, or not one of the values "
+            "that the definition enumerates. A boolean is exactly true or false; a vector has its number of "
+            "components, separated by commas; a struct has its members in braces, separated by semicolons. MaterialX "
+            "takes what it understands of a number and passes over the rest, so that 0,5 is 0 and the integer 1.5 is "
+            "1. Closures, shaders and materials have no value: they are connected.",
             "Write the value in the form of its type.",
+        ),
+        Rule(
+            "DOC_VALUE_FORM",
+            _WARNING,
+            "value in a form that the specification does not have",
+            "The numbers of a colour, vector or matrix are separated by spaces. MaterialX takes them so; by its "
+            "specification (section 'MaterialX Data Types') they are separated by commas, and other readers may refuse "
+            "what is not.",
+            "Put commas between the numbers.",
         ),
         Rule(
             "DOC_VALUE_RANGE",
@@ -150,15 +162,18 @@ RULES: dict[str, Rule] = {
             "DOC_CONNECTION",
             _ERROR,
             "connection leads nowhere or to another type",
-            "The input names a node, output or graph that does not exist, or whose type is another.",
+            "The input or output names a node, an output or a graph that does not exist, or whose type is another; or "
+            "it does not say which of several outputs it takes (MaterialX specification, section 'Inputs').",
             "Correct the name, or convert the type with a node.",
         ),
         Rule(
             "DOC_UNIFORM_CONNECTED",
-            _ERROR,
-            "connection into a uniform input",
-            "The definition declares the input uniform: it must be a literal, so that renderers can compile for it. "
-            "MaterialX's validation does not enforce it; GLSL happens to accept a connection, MDL and others do not.",
+            _WARNING,
+            "uniform input is connected to what may vary",
+            "The definition declares the input uniform, so that renderers can compile for its value. It may be "
+            "connected to a `constant` or to an output that is declared uniform, also through `dot` nodes, and to "
+            "nothing else (MaterialX specification, section 'Inputs'). MaterialX's validation does not enforce it; "
+            "GLSL happens to accept any connection, MDL and others do not.",
             "Give the input a value. For `retroreflective`, make two copies of the BSDF, one with true and one with "
             "false, and connect the texture to the `mix` input of a mix node over the two: that works on every target.",
         ),

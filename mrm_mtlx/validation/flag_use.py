@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 def ignores_flag(shader: Shader, node_name: str) -> bool:
     """Whether the generated code does not depend on a node's retroreflective flag.
 
-    The flag is a variable. It is ignored if it is declared and never read again, or handed to functions none of which
-    reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on.
+    The flag is a variable, unless it is connected. It is ignored if it is declared and never read again, or handed to
+    functions none of which reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on.
     """
     source = shader.sources["pixel"]
     if shader.target == "mdl":
@@ -21,7 +21,8 @@ def ignores_flag(shader: Shader, node_name: str) -> bool:
         return max(versions, default=0) < 11
     flag = rf"\b{re.escape(node_name)}_retroreflective\b"
     calls = re.findall(rf"(\w+)\s*\(([^;{{}}]*{flag}[^;{{}}]*)\)\s*;", source)
-    return not any(_reads_argument(source, function, arguments, flag) for function, arguments in calls)
+    is_variable = re.search(flag, source) is not None
+    return is_variable and not any(_reads_argument(source, function, arguments, flag) for function, arguments in calls)
 
 
 def _reads_argument(source: str, function: str, arguments: str, flag: str) -> bool:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
 
 from mrm_mtlx.text import text_lines
 from mrm_mtlx.validation.checks.color_spaces import check_color_spaces
-from mrm_mtlx.validation.checks.connections import check_outputs
+from mrm_mtlx.validation.checks.connections import check_connection, check_graph_output
 from mrm_mtlx.validation.checks.cycles import check_cycles
-from mrm_mtlx.validation.checks.elements import nodes_of
 from mrm_mtlx.validation.checks.nodes import check_node
+from mrm_mtlx.validation.checks.values import check_form
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
 if TYPE_CHECKING:
-    import MaterialX as mx
+    from collections.abc import Iterator
 
 # Messages of MaterialX's own validation that a more precise rule here covers.
 _COVERED = (
@@ -30,14 +32,15 @@ def check_graph(document: mx.Document) -> list[Finding]:
     """Findings about nodes, inputs, values and connections, in document order."""
     try:
         valid, messages = document.validate()
-    except Exception as error:  # definitions that inherit from themselves, types that contain themselves
-        return [finding("DOC_INVALID", "", f"MaterialX cannot validate it: {error}")]
+    except Exception as error:  # values of the wrong number of members, definitions that inherit from themselves
+        typed = [element for element in document.traverseTree() if element.isA(mx.TypedElement)]
+        findings = [found for element in typed for found in check_form(element)]
+        return findings or [finding("DOC_INVALID", "", f"MaterialX cannot validate it: {error}")]
     findings = list(check_cycles(document))
     if findings:
         return findings  # whatever follows connections must not run on these
-    for node in nodes_of(document):
-        findings += check_node(node)
-    findings += check_outputs(document)
+    for element in document.traverseTree():
+        findings += _check_element(element)
     findings += check_color_spaces(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
@@ -45,3 +48,14 @@ def check_graph(document: mx.Document) -> list[Finding]:
             if not (explained and line.startswith(_COVERED)):
                 findings.append(finding("DOC_INVALID", "", line.strip()))
     return findings
+
+
+def _check_element(element: Any) -> Iterator[Finding]:
+    if element.isA(mx.Node):
+        yield from check_node(element)
+    if element.isA(mx.TypedElement):
+        yield from check_form(element)
+    if element.isA(mx.PortElement):
+        yield from check_connection(element)
+    if element.isA(mx.Output) and element.getParent().isA(mx.NodeGraph):
+        yield from check_graph_output(element)

@@ -42,6 +42,29 @@ def found(make_document, tmp_path):
     return check
 
 
+VARYING = (
+    '<noise2d name="n" type="float"/><ifgreater name="v" type="boolean">'
+    '<input name="value1" type="float" nodename="n"/></ifgreater>'
+)
+
+# A node with two outputs, a struct, and a graph with two outputs.
+TWO = '<artistic_ior name="a" type="multioutput"/>'
+STRUCT = '<typedef name="s"><member name="x" type="float"/><member name="y" type="color3"/></typedef>'
+NESTED = STRUCT + '<typedef name="t"><member name="p" type="s"/><member name="q" type="integer"/></typedef>'
+TWO_OF_A_GRAPH = (
+    f'<nodegraph name="g">{TWO}<output name="o" type="color3" nodename="a" output="ior"/>'
+    '<output name="p" type="color3" nodename="a" output="extinction"/></nodegraph>'
+)
+
+
+def takes(kind: str, value: str) -> str:
+    """A node of the document's own whose input of a type has a value."""
+    return (
+        f'<nodedef name="ND_a" node="a"><input name="in" type="{kind}"/><output name="out" type="float"/></nodedef>'
+        f'<a name="x" type="float"><input name="in" type="{kind}" value="{value}"/></a>'
+    )
+
+
 # A document's elements; code, place and some words of each finding.
 CASES = {
     "nothing wrong": (metal(given("weight", "float", value="0.5")), []),
@@ -118,9 +141,65 @@ CASES = {
         '<artistic_ior name="a" type="multioutput"/>' + metal(given("ior", "color3", nodename="a", output="ior")),
         [],
     ),
+    "a connection to several outputs": (
+        TWO + metal(given("ior", "color3", nodename="a")),
+        [("DOC_CONNECTION", "/metal/ior", "'a' has several outputs, and none is named")],
+    ),
+    "a graph's output that is connected to several": (
+        f'<nodegraph name="g">{TWO}<output name="out" type="color3" nodename="a"/></nodegraph>',
+        [("DOC_CONNECTION", "/g/out", "'a' has several outputs, and none is named")],
+    ),
+    "a connection to a graph of several outputs": (
+        TWO_OF_A_GRAPH + metal(given("ior", "color3", nodegraph="g")),
+        [("DOC_CONNECTION", "/metal/ior", "'g' has several outputs, and none is named")],
+    ),
+    "a connection to one output of several": (
+        TWO_OF_A_GRAPH + metal(given("ior", "color3", nodegraph="g", output="p")),
+        [],
+    ),
+    "a graph's output that is connected to nothing of the name": (
+        '<nodegraph name="g"><output name="out" type="color3" nodename="nobody"/></nodegraph>',
+        [("DOC_CONNECTION", "/g/out", "nothing is named 'nobody' there")],
+    ),
+    "an interface that is connected to another type": (
+        '<constant name="c" type="color3"/><nodegraph name="g"><input name="i" type="float" nodename="c"/></nodegraph>',
+        [("DOC_CONNECTION", "/g/i", "'c' gives color3, expected float")],
+    ),
     "a uniform input that is connected": (
+        VARYING + metal(given("retroreflective", "boolean", nodename="v")),
+        [("DOC_UNIFORM_CONNECTED", "/metal/retroreflective", "is uniform, but connected to what may vary")],
+    ),
+    "a uniform input that is connected through a dot": (
+        VARYING
+        + '<dot name="d" type="boolean"><input name="in" type="boolean" nodename="v"/></dot>'
+        + metal(given("retroreflective", "boolean", nodename="d")),
+        [("DOC_UNIFORM_CONNECTED", "/metal/retroreflective", "is uniform, but connected to what may vary")],
+    ),
+    "a uniform input that is connected to a constant": (
         '<constant name="c" type="boolean"/>' + metal(given("retroreflective", "boolean", nodename="c")),
-        [("DOC_UNIFORM_CONNECTED", "/metal/retroreflective", "'retroreflective' is uniform, but connected")],
+        [],
+    ),
+    "a uniform input that is connected to a constant through dots": (
+        '<constant name="c" type="boolean"/>'
+        '<dot name="d" type="boolean"><input name="in" type="boolean" nodename="c"/></dot>'
+        '<dot name="e" type="boolean"><input name="in" type="boolean" nodename="d"/></dot>'
+        + metal(given("retroreflective", "boolean", nodename="e")),
+        [],
+    ),
+    "a uniform input that is connected to a graph's output": (
+        f'<nodegraph name="g">{VARYING}<output name="out" type="boolean" nodename="v"/></nodegraph>'
+        + metal(given("retroreflective", "boolean", nodegraph="g", output="out")),
+        [("DOC_UNIFORM_CONNECTED", "/metal/retroreflective", "is uniform, but connected to what may vary")],
+    ),
+    "a uniform input that is connected to an output that is declared so": (
+        f'<nodegraph name="g">{VARYING}<output name="out" type="boolean" nodename="v" uniform="true"/></nodegraph>'
+        + metal(given("retroreflective", "boolean", nodegraph="g", output="out")),
+        [],
+    ),
+    "a file that comes through a dot": (
+        '<dot name="d" type="filename"><input name="in" type="filename" value="here.png"/></dot>'
+        '<image name="i" type="color3"><input name="file" type="filename" nodename="d"/></image>',
+        [],
     ),
     "a uniform input through an interface": (
         '<nodegraph name="g"><input name="flag" type="boolean" value="true"/>'
@@ -190,6 +269,101 @@ def test_findings_have_their_code_place_and_words(found, name):
     assert [finding[:2] for finding in findings] == [case[:2] for case in expected]
     for (_, _, message), (_, _, words) in zip(findings, expected, strict=True):
         assert words in message
+
+
+# Where a value may stand beside a node's own input: code and place of a finding.
+VALUES = {
+    "a graph's interface": ('<nodegraph name="g"><input name="i" type="float" value="0,5"/></nodegraph>', "/g/i"),
+    "a definition's default": (
+        '<nodedef name="ND_a" node="a"><input name="i" type="float" value="0,5"/><output name="out" type="float"/>'
+        "</nodedef>",
+        "/ND_a/i",
+    ),
+    "a token": ('<token name="t" type="float" value="0,5"/>', "/t"),
+    "a geometric property": (
+        '<geominfo name="i" geom="/a"><geomprop name="p" type="float" value="0,5"/></geominfo>',
+        "/i/p",
+    ),
+    "a member of a type": ('<typedef name="s"><member name="m" type="float" value="0,5"/></typedef>', "/s/m"),
+    "a property of a look": ('<look name="l"><property name="p" type="float" value="0,5"/></look>', "/l/p"),
+    "a variant": (
+        '<variantset name="s"><variant name="v"><input name="i" type="float" value="0,5"/></variant></variantset>',
+        "/s/v/i",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_a_value_has_the_form_of_its_type_wherever_it_stands(found, name):
+    elements, place = VALUES[name]
+    assert [finding[:2] for finding in found(elements)] == [("DOC_INPUT_VALUE", place)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        ("integer", "1.5"),
+        ("integer", "1x"),
+        ("integer", "3000000000"),
+        ("float", "1e39"),
+        ("boolean", "1"),
+        ("matrix33", "1,0,0, 0,1,0, 0,0"),
+        ("matrix44", "1,0,0,0, 0,1,0,0, 0,0.5.0,1,0, 0,0,0,1"),
+        ("floatarray", "1, 2, x"),
+        ("floatarray", "1 2"),
+        ("integerarray", "1, 2.5"),
+        ("color3array", "1, 2, 3, 4"),
+        ("EDF", "4096"),
+        ("BSDF", "0"),
+        ("surfaceshader", "1"),
+        ("material", "m"),
+    ],
+)
+def test_a_value_that_is_not_of_its_type_is_named(found, kind, value):
+    codes = [code for code, _, message in found(takes(kind, value)) if f"'{value}'" in message]
+    assert codes == ["DOC_INPUT_VALUE"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        ("integer", "-2147483648"),
+        ("matrix33", "1,0,0, 0,1,0, 0,0,1"),
+        ("floatarray", "1, 2.5,3"),
+        ("integerarray", "1,2"),
+        ("color3array", "1,2,3, 4,5,6"),
+        ("stringarray", "a b, c"),
+        ("string", "0,5"),
+        ("BSDF", ""),
+    ],
+)
+def test_a_value_of_any_type_may_be_written_in_its_form(found, kind, value):
+    assert found(takes(kind, value)) == []
+
+
+@pytest.mark.parametrize(
+    ("types", "kind", "value", "words"),
+    [
+        (STRUCT, "s", "{0.5;1, 0, 0}", None),
+        (NESTED, "t", "{{0.5;1,0,0};3}", None),
+        ('<typedef name="blind"/>', "blind", "what it may be", None),
+        (STRUCT, "s", "{0.5}", "2 values in braces, separated by semicolons: {x;y}"),
+        (STRUCT, "s", "0.5;1, 0, 0", "2 values in braces"),
+        (STRUCT, "s", "{0.5;1, 0}", "'1, 0' is not a color3"),
+        (NESTED, "t", "{{0,5;1,0,0};3}", "'0,5' is not a float"),
+    ],
+)
+def test_a_struct_has_a_value_for_each_of_its_members(found, types, kind, value, words):
+    findings = found(types + takes(kind, value))
+    assert [code for code, _, _ in findings] == ([] if words is None else ["DOC_INPUT_VALUE"])
+    assert words is None or words in findings[0][2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"), [("color3", "1 0.5 0"), ("vector2", "0.5 0.5"), ("color3", "1 1,1"), ("vector2", " 1  2 ")]
+)
+def test_spaces_between_numbers_are_a_warning(found, kind, value):
+    assert [finding[:2] for finding in found(takes(kind, value))] == [("DOC_VALUE_FORM", "/x/in")]
 
 
 # MaterialX reads the number that a text begins with. A comma for a point is a slip of half of Europe.

@@ -6,49 +6,80 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.validation.checks.elements import has_output, is_connected, location, output_type
+from mrm_mtlx.library.surface_models import FLAG
+from mrm_mtlx.validation.checks.elements import is_connected, location
 from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
-def check_connection(given: Any, declared: Any) -> Iterator[Finding]:
-    """Whether what an input is connected to is there, gives its type, and may be connected to it."""
-    if not is_connected(given):
+def check_connection(port: Any) -> Iterator[Finding]:
+    """Whether what an input or output is connected to is there, which of its outputs is meant, and its type."""
+    if not is_connected(port):
         return
-    output = given.getConnectedOutput()
-    node = given.getConnectedNode()
-    named = given.getNodeName() or given.getNodeGraphString() or given.getOutputString()
-    if node is None and output is None:
-        yield finding("DOC_CONNECTION", location(given), f"nothing is named '{named}' there")
-    elif given.getNodeName() and given.getOutputString() and not has_output(node, given.getOutputString()):
-        message = f"'{given.getNodeName()}' has no output '{given.getOutputString()}'"
-        yield finding("DOC_CONNECTION", location(given), message)
+    named, output = port.getNodeName() or port.getNodeGraphString() or port.getOutputString(), port.getOutputString()
+    source = _source(port)
+    if source is None:
+        yield finding("DOC_CONNECTION", location(port), f"nothing is named '{named}' there")
+        return
+    outputs = _outputs(source)
+    if output not in outputs and output:
+        yield finding("DOC_CONNECTION", location(port), f"'{named}' has no output '{output}'")
+    elif not output and len(outputs) > 1:
+        message = f"'{named}' has several outputs, and none is named"
+        hint = f"Name one of {', '.join(outputs)} with the attribute 'output'."
+        yield finding("DOC_CONNECTION", location(port), message, hint)
     else:
-        source = given.getOutputString() and output_type(node, given.getOutputString())
-        kind = source or (output.getType() if output is not None else node.getType())
-        if kind not in (given.getType(), "multioutput"):
-            message = f"'{named}' gives {kind}, expected {given.getType()}"
-            yield finding("DOC_CONNECTION", location(given), message)
-    if declared.getIsUniform():
-        yield _uniform_connected(given)
+        kind = outputs[output or next(iter(outputs))] if outputs else port.getType()
+        if kind != port.getType():
+            yield finding("DOC_CONNECTION", location(port), f"'{named}' gives {kind}, expected {port.getType()}")
 
 
-def _uniform_connected(given: Any) -> Finding:
-    hint = ""
-    if given.getName() != "retroreflective":
-        hint = "Give the input a value; it has to be known when the shader is compiled."
-    message = f"'{given.getName()}' is uniform, but connected"
-    return finding("DOC_UNIFORM_CONNECTED", location(given), message, hint)
+def check_uniform(given: Any, declared: Any) -> Iterator[Finding]:
+    """A connection of an input that its definition declares uniform to what is not."""
+    if not declared.getIsUniform() or not is_connected(given) or _is_uniform(given):
+        return
+    hint = "" if given.getName() == FLAG else "Give the input a value, or connect a constant."
+    message = f"'{given.getName()}' is uniform, but connected to what may vary"
+    yield finding("DOC_UNIFORM_CONNECTED", location(given), message, hint)
 
 
-def check_outputs(document: mx.Document) -> Iterator[Finding]:
-    """Outputs of the document's graphs that nothing is connected to, and that have no value either."""
-    for graph in document.getChildren():
-        if not graph.isA(mx.NodeGraph):
-            continue
-        for output in graph.getOutputs():
-            given = output.getValueString() or output.getInterfaceName() or is_connected(output)
-            if not given:
-                yield finding("DOC_CONNECTION", location(output), "nothing is connected to the graph's output")
+def check_graph_output(output: Any) -> Iterator[Finding]:
+    """An output of a graph that nothing is connected to, and that has no value either."""
+    if not (output.getValueString() or output.getInterfaceName() or is_connected(output)):
+        yield finding("DOC_CONNECTION", location(output), "nothing is connected to the graph's output")
+
+
+def _source(port: Any) -> Any:
+    """The node, graph or output of the document that a port is connected to, or None if there is none of the name."""
+    name = port.getNodeGraphString()
+    if not name:
+        return port.getConnectedNode() if port.getNodeName() else port.getConnectedOutput()
+    scope = port.getParent().getParent()
+    inside = scope.getChild(name) if scope is not None else None
+    return inside if inside is not None and inside.isA(mx.NodeGraph) else port.getDocument().getNodeGraph(name)
+
+
+def _outputs(source: Any) -> dict[str, str]:
+    """Types of a source's outputs by their names; an output is its own, and an undefined node has those it states."""
+    if source.isA(mx.Output):
+        return {str(source.getName()): str(source.getType())}
+    declaring = source.getNodeDef() if source.isA(mx.Node) else source
+    outputs = source.getOutputs() if declaring is None else declaring.getActiveOutputs()
+    return {str(output.getName()): str(output.getType()) for output in outputs}
+
+
+def _is_uniform(port: Any) -> bool:
+    """Whether a port is connected to a constant, to what is declared uniform, to one of these through dots, or not."""
+    source = _source(port)
+    if source is None or source.isA(mx.Output):
+        return source is None or bool(source.getIsUniform())
+    if source.getCategory() == "constant":
+        return True
+    if source.getCategory() == "dot":
+        given = source.getInput("in")
+        return given is None or not is_connected(given) or _is_uniform(given)
+    declaring = source.getNodeDef() if source.isA(mx.Node) else source
+    outputs = [] if declaring is None else declaring.getActiveOutputs()
+    return any(o.getIsUniform() for o in outputs if port.getOutputString() in ("", o.getName()))

@@ -26,17 +26,3 @@ def library_of(element: Any) -> Any:
     """The document of the libraries' definitions; the element's own if it has no data library."""
     document = element.getDocument()
     return document.getDataLibrary() if document.hasDataLibrary() else document
-
-
-def has_output(node: Any, name: str) -> bool:
-    """Whether a node has an output of this name."""
-    return bool(output_type(node, name))
-
-
-def output_type(node: Any, name: str) -> str:
-    """Type of a node's output, by its definition or as the node itself states it; "" if it has none of the name."""
-    definition = node.getNodeDef() if node is not None and node.isA(mx.Node) else None
-    output = definition.getActiveOutput(name) if definition is not None else None
-    if output is None and node is not None:
-        output = node.getOutput(name)
-    return str(output.getType()) if output is not None else ""

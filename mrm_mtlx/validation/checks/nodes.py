@@ -6,7 +6,7 @@ import difflib
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
-from mrm_mtlx.validation.checks.connections import check_connection
+from mrm_mtlx.validation.checks.connections import check_uniform
 from mrm_mtlx.validation.checks.elements import library_of, location
 from mrm_mtlx.validation.checks.values import check_value
 from mrm_mtlx.validation.findings import Finding, finding
@@ -27,7 +27,7 @@ def check_node(node: Any) -> Iterator[Finding]:
             yield _unknown_input(given, node, [definition])
         else:
             yield from check_value(given, declared)
-            yield from check_connection(given, declared)
+            yield from check_uniform(given, declared)
 
 
 def _undefined(node: Any) -> Iterator[Finding]:

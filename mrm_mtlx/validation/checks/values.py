@@ -1,8 +1,7 @@
-"""Values of inputs: their form, and the range and unit that a definition wants."""
+"""Values: the form of each type, and the choices, the range and the unit that a definition wants."""
 
 from __future__ import annotations
 
-import math
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +11,41 @@ from mrm_mtlx.validation.findings import Finding, finding
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-_COMPONENTS = {"float": 1, "vector2": 2, "vector3": 3, "vector4": 4, "color3": 3, "color4": 4}
+# How many numbers a value of a type has; an array has a multiple of them.
+_NUMBERS = {
+    "integer": 1,
+    "float": 1,
+    "vector2": 2,
+    "vector3": 3,
+    "vector4": 4,
+    "color3": 3,
+    "color4": 4,
+    "matrix33": 9,
+    "matrix44": 16,
+}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_WHOLE = re.compile(r"[+-]?\d+")
+# The least and the greatest number that shaders can hold.
+_WHOLES = (-(2.0**31), 2.0**31 - 1.0)
+_FLOATS = (-(2.0**128) + 2.0**104, 2.0**128 - 2.0**104)
+_CLOSURES = ("BSDF", "EDF", "VDF")
+
+
+def check_form(element: Any) -> Iterator[Finding]:
+    """Whether the value of an element (an input, an interface, a default, a token) has the form of its type."""
+    kind, text = element.getType(), element.getAttribute("value")
+    if not kind or not text or (hasattr(element, "getNodeName") and is_connected(element)):
+        return
+    fault = _fault(kind, text, element.getDocument(), ())
+    if fault:
+        yield finding("DOC_INPUT_VALUE", location(element), fault)
+    elif text.count(",") + 1 < _NUMBERS.get(kind, 1):
+        message = f"'{text}' has spaces between its numbers, expected commas"
+        yield finding("DOC_VALUE_FORM", location(element), message)
 
 
 def check_value(given: Any, declared: Any) -> Iterator[Finding]:
-    """Whether a value that is given has an effect, the form of its type, and the range and unit of the definition."""
+    """Whether a value that an input is given has an effect, and is what its definition wants."""
     text = given.getValueString()
     if not text or is_connected(given):
         return
@@ -25,17 +53,24 @@ def check_value(given: Any, declared: Any) -> Iterator[Finding]:
         message = f"'{given.getName()}' is given as {text}, but taken from the geometry"
         yield finding("DOC_VALUE_IGNORED", location(given), message)
         return
-    value = _parsed(given)
-    if value is None:
-        message = f"'{text}' is not a {given.getType()}{_form(given.getType())}"
-        yield finding("DOC_INPUT_VALUE", location(given), message)
-        return
-    allowed = [item.strip() for item in declared.getAttribute("enum").split(",") if item.strip()]
-    if given.getType() == "string" and allowed and text not in allowed and not declared.getAttribute("enumvalues"):
-        message = f"'{text}' is not one of {', '.join(allowed)}"
-        yield finding("DOC_INPUT_VALUE", location(given), message)
-    yield from _check_range(given, declared, value)
+    yield from _check_choice(given, declared)
+    yield from _check_range(given, declared)
     yield from _check_unit(given, declared)
+
+
+def _check_choice(given: Any, declared: Any) -> Iterator[Finding]:
+    """A text that is not one of those that the definition enumerates; labels of other values are not meant."""
+    allowed = _listed(declared.getAttribute("enum"))
+    if given.getType() not in ("string", "stringarray") or not allowed or declared.getAttribute("enumvalues"):
+        return
+    text = given.getValueString()
+    for choice in [text] if given.getType() == "string" else _listed(text):
+        if choice not in allowed:
+            yield finding("DOC_INPUT_VALUE", location(given), f"'{choice}' is not one of {', '.join(allowed)}")
+
+
+def _listed(text: str) -> list[str]:
+    return [item.strip() for item in text.split(",") if item.strip()]
 
 
 def _check_unit(given: Any, declared: Any) -> Iterator[Finding]:
@@ -46,55 +81,80 @@ def _check_unit(given: Any, declared: Any) -> Iterator[Finding]:
         yield finding("DOC_INPUT_VALUE", location(given), message)
 
 
-def _check_range(given: Any, declared: Any, value: Any) -> Iterator[Finding]:
-    numbers = _numbers(value)
+def _check_range(given: Any, declared: Any) -> Iterator[Finding]:
+    kind = given.getType()
+    if kind not in _NUMBERS:
+        return
+    found = _numbers(kind, given.getValueString())
     for attribute, beyond, word in (("uimin", min, "below"), ("uimax", max, "above")):
-        bound = _bound(declared, attribute)
-        if bound is None or len(bound) != len(numbers):
-            continue
-        if any(beyond(number, limit) != limit for number, limit in zip(numbers, bound, strict=True)):
+        bound = _numbers(kind, declared.getAttribute(attribute))
+        if any(beyond(number, limit) != limit for number, limit in zip(found, bound, strict=False)):
             limit = declared.getAttribute(attribute)
             message = f"{given.getName()} = {given.getValueString()} is {word} the definition's {attribute} of {limit}"
             yield finding("DOC_VALUE_RANGE", location(given), message)
 
 
-def _parsed(given: Any) -> Any:
-    """Parsed value, or None if it is not of its type; numbers that are not finite are none."""
-    kind = given.getType()
-    if kind in ("string", "filename", "geomname"):
-        return given.getValueString()
-    if kind in _COMPONENTS:
-        # MaterialX takes what it understands of a number and passes over the rest: "0,5" would be 0.
-        parts = given.getValueString().split(",")
-        if len(parts) != _COMPONENTS[kind] or not all(_NUMBER.fullmatch(part.strip()) for part in parts):
-            return None
-    try:
-        value = given.getValue()
-    except Exception:  # MaterialX throws several unrelated types
-        return None
-    return value if value is None or all(math.isfinite(x) for x in _numbers(value)) else None
+def _fault(kind: str, text: str, document: Any, inside: tuple[str, ...]) -> str:
+    """What is wrong with a value of a type, "" if nothing; `inside` are the types that it is a member of."""
+    definition = document.getTypeDef(kind)
+    if kind in _CLOSURES or (definition is not None and definition.getSemantic() in ("shader", "material")):
+        return f"'{text}' is given as a value, but what is of type {kind} has none and can only be connected"
+    if definition is not None and definition.getMembers():
+        return _fault_of_struct(definition, text, document, inside)
+    base = kind.removesuffix("array")
+    is_right = text in ("true", "false") if kind == "boolean" else base not in _NUMBERS or bool(_numbers(kind, text))
+    article = "an" if kind.startswith("i") else "a"
+    return "" if is_right else f"'{text}' is not {article} {kind}{_form(kind)}"
 
 
-def _numbers(value: Any) -> list[float]:
-    if isinstance(value, bool | str):
+def _fault_of_struct(definition: Any, text: str, document: Any, inside: tuple[str, ...]) -> str:
+    """As `_fault`, of a type with members: "{0.5;{1, 0, 0}}"."""
+    kind, members = definition.getName(), definition.getMembers()
+    if kind in inside:
+        return f"the type {kind} contains itself"
+    parts = _members(text)
+    if len(parts) != len(members):
+        names = ";".join(member.getName() for member in members)
+        return f"'{text}' is not a {kind} ({len(members)} values in braces, separated by semicolons: {{{names}}})"
+    found = zip(members, parts, strict=True)
+    return next((f for m, part in found if (f := _fault(m.getType(), part, document, (*inside, kind)))), "")
+
+
+def _members(text: str) -> list[str]:
+    """The values between the braces of a text, those in braces of their own as they are; none if it has no braces."""
+    if not (text.startswith("{") and text.endswith("}") and len(text) > 1):
         return []
-    if isinstance(value, int | float):
-        return [float(value)]
-    return [float(x) for x in value.asTuple()] if hasattr(value, "asTuple") else []
+    parts, depth = [""], 0
+    for character in text[1:-1]:
+        depth += {"{": 1, "}": -1}.get(character, 0)
+        if character == ";" and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return parts if parts[-1] else parts[:-1]
 
 
-def _bound(declared: Any, attribute: str) -> list[float] | None:
-    text = declared.getAttribute(attribute)
-    try:
-        bound = [float(part) for part in text.split(",")] if text else []
-    except ValueError:
-        return None
-    return bound if bound and all(math.isfinite(x) for x in bound) else None
+def _numbers(kind: str, text: str) -> list[float]:
+    """The numbers of a value, if all are finite and there are as many as the type has; none otherwise.
+
+    MaterialX takes what it understands of a number and passes over the rest: "0,5" would be 0. Beside commas it takes
+    spaces between numbers, but in arrays.
+    """
+    base = kind.removesuffix("array")
+    is_array = base != kind
+    parts = re.split(r"\s*,\s*" if is_array else r"\s*,\s*|\s+", text.strip())
+    fits = len(parts) % _NUMBERS[base] == 0 if is_array else len(parts) == _NUMBERS[base]
+    form = _WHOLE if base == "integer" else _NUMBER
+    if not fits or not all(form.fullmatch(part) for part in parts):
+        return []
+    found = [float(part) for part in parts]
+    least, most = _WHOLES if base == "integer" else _FLOATS
+    return found if all(least <= number <= most for number in found) else []
 
 
 def _form(kind: str) -> str:
-    if _COMPONENTS.get(kind, 1) > 1:
-        return f" ({_COMPONENTS[kind]} numbers, separated by commas)"
+    if _NUMBERS.get(kind, 1) > 1:
+        return f" ({_NUMBERS[kind]} numbers, separated by commas)"
     return {"boolean": " (exactly true or false)", "integer": " (a whole number)", "float": " (a finite number)"}.get(
         kind, ""
     )

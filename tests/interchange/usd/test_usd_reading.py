@@ -247,7 +247,7 @@ FOUND = {
     ),
     "connection into a uniform input": (
         {"conductor": "bool inputs:retroreflective.connect = </M/b.outputs:out>",
-         "more": 'def Shader "b" {\n uniform token info:id = "ND_constant_boolean"\n bool outputs:out\n }'},
+         "more": 'def Shader "b" {\n uniform token info:id = "ND_ifgreater_boolean"\n bool outputs:out\n }'},
         ("DOC_UNIFORM_CONNECTED", "/M/c.inputs:retroreflective", "uniform"),
     ),
     "missing image": (
