@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+import MaterialX as mx
+
 from mrm_mtlx.validation.checks.elements import is_connected, location
 from mrm_mtlx.validation.findings import Finding, finding
 
@@ -33,9 +35,10 @@ _CLOSURES = ("BSDF", "EDF", "VDF")
 
 def check_form(element: Any) -> Iterator[Finding]:
     """Whether the value of an element (an input, an interface, a default, a token) has the form of its type."""
-    kind, text = element.getType(), element.getAttribute("value")
-    if not kind or not text or (hasattr(element, "getNodeName") and is_connected(element)):
+    text = element.getAttribute("value")
+    if not text or (element.isA(mx.PortElement) and is_connected(element)):
         return
+    kind = element.getType()
     fault = _fault(kind, text, element.getDocument(), ())
     if fault:
         yield finding("DOC_INPUT_VALUE", location(element), fault)
@@ -111,7 +114,7 @@ def _fault_of_struct(definition: Any, text: str, document: Any, inside: tuple[st
     """As `_fault`, of a type with members: "{0.5;{1, 0, 0}}"."""
     kind, members = definition.getName(), definition.getMembers()
     if kind in inside:
-        return f"the type {kind} contains itself"
+        return ""  # a type that contains itself is no fault of the value
     parts = _members(text)
     if len(parts) != len(members):
         names = ";".join(member.getName() for member in members)
