@@ -6,6 +6,7 @@ import contextlib
 import os
 import re
 import shutil
+import stat
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "replacing"]
+__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "read_regular", "replacing"]
 
 # What begins with a drive is absolute for MaterialX, on every system.
 _DRIVE = re.compile("[A-Za-z]:")
@@ -53,6 +54,17 @@ class Reach:
         """The same for names that are relative to another folder, as those of an included file are."""
         return replace(self, folder=folder)
 
+    def locate(self, name: str) -> Path:
+        """Where a name leads, links not followed.
+
+        The name is read as MaterialX reads it: both separators count, and the first folder that has the file wins. A
+        file that is nowhere would lie in `folder`.
+        """
+        is_absolute = name.startswith(("/", "\\\\")) or (os.name != "nt" and _DRIVE.match(name))
+        plain = ("/" if is_absolute else "") + "/".join(part for part in re.split(r"[/\\]", name) if part)
+        found = (folder / plain for folder in (self.folder, *self.search) if _exists(folder / plain))
+        return next(found, self.folder / plain)
+
     def inside(self, path: Path) -> Path | None:
         """A path, relative to `folder`, with links followed; None if it lies outside or nowhere."""
         try:
@@ -63,17 +75,8 @@ class Reach:
         return target if self._root_of(target) else None
 
     def resolve(self, name: str) -> Path | None:
-        """The file that a name means, links followed; None if it lies outside or nowhere.
-
-        The name is read as MaterialX reads it: both separators count, and the first folder that has the file wins. A
-        file that is nowhere is returned as if it were in `folder`.
-        """
-        if _DRIVE.match(name) and os.name != "nt":
-            return None
-        is_absolute = name.startswith(("/", "\\\\"))
-        plain = "/" * is_absolute + "/".join(part for part in re.split(r"[/\\]", name) if part)
-        found = (folder / plain for folder in (self.folder, *self.search) if _exists(folder / plain))
-        return self.inside(next(found, self.folder / plain))
+        """The file that a name means, links followed; None if it lies outside or nowhere."""
+        return self.inside(self.locate(name))
 
     def regular(self, name: str) -> Path | None:
         """The same, but None for what is not a regular file: a pipe or a device would never end."""
@@ -104,6 +107,25 @@ def _exists(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):
         return False
+
+
+def read_regular(path: Path, most: int) -> bytes | None:
+    """Content of a file, `most` bytes at most; None if it is not regular: a pipe or a device would never end.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    # What is asked for its kind is what is read, and a pipe that nobody writes to is not waited for.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            return None
+        with os.fdopen(descriptor, "rb", closefd=False) as stream:
+            return stream.read(most)
+    finally:
+        os.close(descriptor)
 
 
 @contextlib.contextmanager

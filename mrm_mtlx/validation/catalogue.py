@@ -60,6 +60,15 @@ RULES: dict[str, Rule] = {
             "Correct the line that is named; an empty file has no materialx element at all.",
         ),
         Rule(
+            "READ_XML_LENIENT",
+            _WARNING,
+            "XML that only a lenient reader takes",
+            'A value of an attribute has a "<" in it, as the examples of MaterialX\'s specification write <UDIM>. XML '
+            "does not allow that (XML 1.0, section 2.3); MaterialX reads it, as it is read here, and other programs "
+            "refuse the file.",
+            "Write &lt; for it, as in &lt;UDIM>.",
+        ),
+        Rule(
             "READ_FORMAT",
             _ERROR,
             "file is not what its name says",

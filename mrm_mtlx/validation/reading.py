@@ -1,25 +1,23 @@
 """Reading documents that nobody vouches for: bounded, inside one folder, with a finding for whatever is wrong.
 
-MaterialX's reader is fast and trusting: it recurses over nested elements and opens whatever an include names. What it
-is given here has been parsed once before by expat, which is neither. Other formats are translated by `interchange`,
-whose remarks become findings.
+MaterialX's reader is fast and trusting: it recurses over nested elements and opens whatever an include names. So it
+opens nothing here: each file is read once, looked at (`xml_scan`), and MaterialX is given those very bytes. Other
+formats are translated by `interchange`, whose remarks become findings.
 """
 
 from __future__ import annotations
 
-import codecs
 import os
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
-from xml.parsers import expat
+from typing import TYPE_CHECKING, NamedTuple
 
 import MaterialX as mx
 
 from mrm_mtlx.interchange.formats import DOCUMENT, format_of
 from mrm_mtlx.interchange.imported import Imported, UnreadableError
-from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES
-from mrm_mtlx.limits import MAXIMUM_XML_DEPTH
+from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, read_regular
 from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.validation.xml_scan import Include, ReadError, Scan, scan
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,23 +25,26 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
 
+__all__ = ["ReadError", "in_file", "read_document"]
 
-class ReadError(Exception):
-    """The document cannot be read; `finding` says why."""
 
-    def __init__(self, found: Finding) -> None:
-        super().__init__(found.message)
-        self.finding = found
+class _File(NamedTuple):
+    """A file that was read: where it lies, its bytes, and what they include, in order."""
+
+    path: Path
+    content: bytes
+    includes: list[_File]
 
 
 @dataclass
 class _Reading:
-    """What is known while a document and its includes are scanned."""
+    """What is known while a document and its includes are read."""
 
     reach: Reach
-    bytes: int = 0
+    size: int = 0
     includes: int = 0
-    duplicates: list[Finding] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    known: dict[Path, tuple[bytes, Scan]] = field(default_factory=dict)
 
 
 def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> tuple[Imported, list[Finding]]:
@@ -87,115 +88,95 @@ def in_file(found: Finding, imported: Imported) -> Finding:
 
 def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> tuple[Imported, list[Finding]]:
     reading = _Reading(reach)
-    _scan(path, reading, ())
-    document = mx.createDocument()
+    file = _read(path.absolute(), reading, ())
     try:
-        mx.readFromXmlFile(document, str(path), mx.FileSearchPath(str(path.parent)))
+        document = _document(file)
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(finding("DOC_INVALID", "", f"MaterialX cannot read it: {error}")) from error
-    return Imported(document, reach=reach), reading.duplicates
+    return Imported(document, reach=reach), reading.findings
 
 
-def _scan(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> None:
-    text = _read_bytes(path, reading)
-    hrefs = _parse(text, path, reading, top=not parents)
-    chain = (*parents, path.resolve())
-    for line, href in hrefs:
-        place = f"{path.name} line {line}" if parents else f"line {line}"
-        target = reading.reach.at(path.parent).resolve(href)
-        if target is None:
-            raise ReadError(
-                finding("READ_OUTSIDE", place, f"the include '{href}' lies outside the folder being checked")
-            )
-        if target in chain:
-            names = " -> ".join(p.name for p in (*chain[chain.index(target) :], target))
-            raise ReadError(finding("READ_INCLUDE", place, f"the document includes itself: {names}"))
-        if not target.is_file():
-            raise ReadError(finding("READ_INCLUDE", place, f"the included document '{href}' does not exist"))
-        reading.includes += 1
-        if reading.includes > MAXIMUM_INCLUDES:
-            raise ReadError(finding("READ_INCLUDE", place, f"more than {MAXIMUM_INCLUDES} inclusions"))
-        _scan(target, reading, chain)
+def _document(file: _File) -> mx.Document:
+    """What MaterialX makes of a file, as its reader does it: first what is included, then the file's own elements.
+
+    Sources of implementations are relative to the file that has them; that is what the URI is for.
+    """
+    options = mx.XmlReadOptions()
+    options.readXIncludeFunction = None
+    document = mx.createDocument()
+    document.setSourceUri(str(file.path))
+    for included in file.includes:
+        document.importLibrary(_document(included))
+    mx.readFromXmlString(document, file.content, mx.FileSearchPath(), options)
+    return document
 
 
-def _read_bytes(path: Path, reading: _Reading) -> bytes:
+def _read(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> _File:
+    """Read a file and all that it includes; `parents` are the files that include it, the document first."""
+    content, found = _scanned(path, reading, is_document=not parents)
+    chain = (*parents, path)
+    return _File(path, content, [_included(include, chain, reading) for include in found.includes])
+
+
+def _included(include: Include, chain: tuple[Path, ...], reading: _Reading) -> _File:
+    """Read what the last file of a chain includes.
+
+    Names are relative to its own folder, as XInclude has it. MaterialX looks in those of the including files as well.
+    """
+    folders = [path.parent for path in reversed(chain)]
+    reach = replace(reading.reach, folder=folders[0], search=(*folders[1:], *reading.reach.search))
+    path = reach.locate(include.href)
+    target = reach.inside(path)
+    place = f"line {include.line}" if len(chain) == 1 else f"{chain[-1].name} line {include.line}"
+    if target is None:
+        message = f"the include '{include.href}' lies outside the folder being checked"
+        raise ReadError(finding("READ_OUTSIDE", place, message))
+    targets = [reach.inside(file) for file in chain]
+    if target in targets:
+        names = " -> ".join(file.name for file in (*chain[targets.index(target) :], target))
+        raise ReadError(finding("READ_INCLUDE", place, f"the document includes itself: {names}"))
+    if not target.is_file():
+        problem = "is not a regular file" if target.exists() else "does not exist"
+        raise ReadError(finding("READ_INCLUDE", place, f"the included document '{include.href}' {problem}"))
+    reading.includes += 1
+    if reading.includes > MAXIMUM_INCLUDES:
+        raise ReadError(finding("READ_INCLUDE", place, f"more than {MAXIMUM_INCLUDES} inclusions"))
+    return _read(path, reading, chain)
+
+
+def _scanned(path: Path, reading: _Reading, *, is_document: bool) -> tuple[bytes, Scan]:
+    """Content of a file and what the scan of it says; a file that is included twice is read once, and counts twice."""
+    if path not in reading.known:
+        content = _content(path, "" if is_document else path.name)
+        _count(path, content, reading)
+        reading.known[path] = content, scan(content, path.name, is_document=is_document)
+        reading.findings += reading.known[path][1].findings
+    else:
+        _count(path, reading.known[path][0], reading)
+    content, found = reading.known[path]
+    if is_document and found.root != "materialx":
+        raise ReadError(finding("DOC_INVALID", "", f"the root element is <{found.root}>, expected <materialx>"))
+    return content, found
+
+
+def _count(path: Path, content: bytes, reading: _Reading) -> None:
+    """Add a file to the size of all that is read."""
+    reading.size += len(content) if len(content) <= MAXIMUM_BYTES else path.stat().st_size
+    if reading.size > MAXIMUM_BYTES:
+        found = f"{reading.size / 2**20:.0f} MiB, more than the {MAXIMUM_BYTES // 2**20} MiB that are read"
+        raise ReadError(finding("READ_TOO_LARGE", "", f"document and includes have {found}"))
+
+
+def _content(path: Path, place: str) -> bytes:
+    """Bytes of a file, as many as are read and one more."""
     try:
-        # Only regular files: a pipe or a device would never end.
-        size = path.stat().st_size if path.is_file() else -1
-        if size < 0:
-            raise ReadError(finding("READ_FAILED", "", "it is not a regular file"))
-        reading.bytes += size
-        if reading.bytes > MAXIMUM_BYTES:
-            found = f"{reading.bytes / 2**20:.0f} MiB, more than the {MAXIMUM_BYTES // 2**20} MiB that are read"
-            raise ReadError(finding("READ_TOO_LARGE", "", f"document and includes have {found}"))
-        with path.open("rb") as stream:
-            return stream.read(MAXIMUM_BYTES + 1)
+        content = read_regular(path, MAXIMUM_BYTES + 1)
+    except FileNotFoundError:
+        content = None
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else "no reason given"
-        raise ReadError(finding("READ_FAILED", "", f"the file cannot be opened: {reason}")) from error
-
-
-def _parse(text: bytes, path: Path, reading: _Reading, *, top: bool) -> list[tuple[int, str]]:
-    """Check well-formedness, depth and names; return the includes as (line, href)."""
-    if not text.strip():
-        raise ReadError(finding("READ_XML", "line 1", "the file is empty"))
-    if text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in text[:4096]:
-        raise ReadError(finding("READ_ENCODING", "", "the file is UTF-16 or binary, not UTF-8"))
-    try:
-        text.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = text.count(b"\n", 0, error.start) + 1
-        byte = text[error.start]
-        raise ReadError(finding("READ_ENCODING", f"line {line}", f"byte 0x{byte:02x} is not UTF-8")) from error
-    scanner = _Scanner(path, reading)
-    try:
-        scanner.parser.Parse(text, True)
-    except expat.ExpatError as error:
-        what = expat.errors.messages[error.code]
-        raise ReadError(finding("READ_XML", f"line {error.lineno}", f"{what} at column {error.offset + 1}")) from error
-    if top and scanner.root != "materialx":
-        raise ReadError(finding("DOC_INVALID", "", f"the root element is <{scanner.root}>, expected <materialx>"))
-    return scanner.includes
-
-
-class _Scanner:
-    """Handlers of one expat parse."""
-
-    def __init__(self, path: Path, reading: _Reading) -> None:
-        self.root = ""
-        self.includes: list[tuple[int, str]] = []
-        self._reading = reading
-        self._file = path.name
-        self._names: list[set[str]] = [set()]
-        self._path: list[str] = []
-        self.parser = expat.ParserCreate(encoding="utf-8")
-        self.parser.StartElementHandler = self._start
-        self.parser.EndElementHandler = self._end
-        self.parser.StartDoctypeDeclHandler = self._doctype
-
-    def _doctype(self, *_: Any) -> None:
-        place = f"line {self.parser.CurrentLineNumber}"
-        raise ReadError(finding("READ_XML", place, "document type declarations are not read"))
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        line = self.parser.CurrentLineNumber
-        self.root = self.root or tag
-        if tag == "xi:include":
-            self.includes.append((line, attributes.get("href", "")))
-        name = attributes.get("name", "")
-        if name and name in self._names[-1]:
-            place = "/" + "/".join((*self._path[1:], name))
-            message = f"line {line} of {self._file} has a second element named '{name}', which is dropped"
-            self._reading.duplicates.append(finding("DOC_DUPLICATE_NAME", place, message))
-        self._names[-1].add(name)
-        self._names.append(set())
-        self._path.append(name or tag)
-        if len(self._path) > MAXIMUM_XML_DEPTH:
-            message = f"elements are nested more than {MAXIMUM_XML_DEPTH} levels deep"
-            raise ReadError(finding("READ_TOO_DEEP", f"line {line}", message))
-
-    def _end(self, tag: str) -> None:
-        del tag
-        self._names.pop()
-        self._path.pop()
+        raise ReadError(finding("READ_FAILED", place, f"the file cannot be opened: {reason}")) from error
+    if content is None:
+        raise ReadError(finding("READ_FAILED", place, "it is not a regular file"))
+    return content

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -60,6 +61,18 @@ def test_roots_are_searched_in_order_for_what_is_not_beside_the_document(in_proc
     assert in_process(*quick, "--root", show, "--root", tmp_path / "tools").exit_code == 0
     shadowed = in_process(*quick, "--root", tmp_path / "tools", "--root", show)
     assert (shadowed.exit_code, "DOC_FILE" in shadowed.output) == (1, True)
+
+
+def test_includes_are_searched_in_the_roots_and_may_lie_there(in_process, show, tmp_path):
+    (tmp_path / "tools/part.mtlx").write_bytes((show / "mat/a.mtlx").read_bytes())
+    (show / "mat/a.mtlx").write_text(
+        '<?xml version="1.0"?>\n<materialx version="1.39"><xi:include href="part.mtlx" /></materialx>', encoding="utf-8"
+    )
+    quick = ("validate", show / "mat/a.mtlx", "--target", "mdl", "--format", "json")
+    (document,) = json.loads(in_process(*quick, "--root", tmp_path / "tools", "--root", show).stdout)["documents"]
+    assert (document["findings"], [r["name"] for r in document["renderables"]]) == ([], ["m"])
+    (document,) = json.loads(in_process(*quick).stdout)["documents"]
+    assert [f["code"] for f in document["findings"]] == ["READ_INCLUDE"]
 
 
 def test_a_link_in_the_folder_may_lead_into_a_root(in_process, show, tmp_path):

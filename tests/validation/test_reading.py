@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import struct
+import time
 import zlib
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import pytest
 from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, Reach
 from mrm_mtlx.limits import MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.reading import ReadError, read_document
+from mrm_mtlx.validation.xml_scan import scan
 
 HEAD = '<?xml version="1.0"?>\n<materialx version="1.39">\n'
 METAL = '<conductor_bsdf name="metal" type="BSDF" />\n'
@@ -80,8 +82,8 @@ HOSTILE: dict[str, tuple[bytes, str, str]] = {
     "circle_b": (including("circle_a.mtlx"), "READ_INCLUDE", "circle_b.mtlx -> circle_a.mtlx -> circle_b.mtlx"),
     "self": (including("self.mtlx"), "READ_INCLUDE", "self.mtlx -> self.mtlx"),
     "self_by_detour": (including("parts/../self_by_detour.mtlx"), "READ_INCLUDE", "the document includes itself"),
-    "includes_nothing": (including(""), "READ_INCLUDE", "the included document '' does not exist"),
-    "includes_folder": (including("parts"), "READ_INCLUDE", "'parts' does not exist"),
+    "includes_nothing": (including(""), "READ_INCLUDE", "the included document '' is not a regular file"),
+    "includes_folder": (including("parts"), "READ_INCLUDE", "'parts' is not a regular file"),
     "includes_damaged": (including("truncated.mtlx"), "READ_XML", "line"),
     "includes_deep": (including("deep.mtlx"), "READ_TOO_DEEP", "line"),
     "include_bomb": (including("parts/bomb_0.txt") + b"", "READ_INCLUDE", f"more than {MAXIMUM_INCLUDES} inclusions"),
@@ -360,3 +362,91 @@ def test_a_second_element_of_a_name_is_reported_with_its_place(library, tmp_path
     _, found = read_document(path, Reach.beside(path), library, tmp_path)
     assert [(f.code, f.location) for f in found] == [("DOC_DUPLICATE_NAME", "/g/c")]
     assert "line 6 of twice.mtlx" in found[0].message
+
+
+# Attributes' values with a "<", which XML forbids and MaterialX takes -------------------------------------------------
+
+
+@pytest.fixture
+def scanned():
+    """Function from the text of a document to its scan."""
+    return lambda text: scan(text.encode(), "a.mtlx", is_document=True)
+
+
+def udim(file: str) -> str:
+    return f'<image name="i" type="color3"><input name="file" type="filename" value="{file}" /></image>'
+
+
+def test_the_example_of_the_specification_is_read_with_a_warning(library, tmp_path):
+    path = tmp_path / "a.mtlx"
+    path.write_text(f"{HEAD}{udim('txt/[effect].<UDIM>.tif')}</materialx>", encoding="utf-8")
+    imported, found = read_document(path, Reach.beside(path), library, tmp_path)
+    assert [(f.code, f.severity.value, f.location) for f in found] == [("READ_XML_LENIENT", "warning", "line 3")]
+    assert "txt/[effect].<UDIM>.tif" in found[0].message
+    assert imported.document.getNode("i").getInput("file").getValueString() == "txt/[effect].<UDIM>.tif"
+
+
+AROUND = {
+    "comment": '<!-- it\'s "<UDIM>" -->',
+    "cdata": "<a><![CDATA[\"<UDIM>']]></a>",
+    "instruction": "<?say \"<UDIM>' ?>",
+    "quote in the text": "<a>it's</a>",
+    "quote in quotes": """<a b="it's" c='"'/>""",
+}
+
+
+@pytest.mark.parametrize("around", AROUND)
+def test_what_stands_around_does_not_mislead_the_search_for_such_values(scanned, around):
+    others = udim("b.<UDIM>.png").replace('"i"', '"j"')
+    found = scanned(f"{HEAD}{AROUND[around]}{udim('a.<UDIM>.png')}{AROUND[around]}{others}</materialx>").findings
+    assert [f.code for f in found] == ["READ_XML_LENIENT", "READ_XML_LENIENT"]
+    assert [name in f.message for f, name in zip(found, ("a.<UDIM>.png", "b.<UDIM>.png"), strict=True)] == [True, True]
+
+
+WITH = udim("a.<UDIM>.png")
+# Broken texts, the line that is named, and the column.
+NOT_XML = {
+    "a quote is missing": ('<a b="1>\n<c d="2"/>', "line 4", 1),
+    "a quote is missing at the end": ('<a b="1>\n<c/>', "line 4", 1),
+    "a tag is not closed": (f"{WITH}<a>", "line 3", len(WITH) + len("<a></") + 1),
+    "a sign stands in the text": (f"{WITH}a < b", "line 3", len(WITH) + len("a <") + 1),
+    "a value has no quotes": ("<a b=<UDIM> />", "line 3", len("<a b=") + 1),
+    "a value after another has none": (f"{WITH}<a b=<UDIM> />", "line 3", len(WITH) + len("<a b=") + 1),
+    "a comment has no end": (f"{WITH}<!-- ", "line 3", len(WITH) + 1),
+    "an entity is not defined": (f"{WITH}<a b='&x;'/>", "line 3", len(WITH) + 1),
+    "a tag after more than ASCII is not closed": (f"{WITH}<é>", "line 3", len(WITH) + len("<é></") + 1),
+}
+
+
+@pytest.mark.parametrize("name", NOT_XML)
+def test_what_is_broken_stays_so_and_is_named_where_it_is(scanned, name):
+    elements, line, column = NOT_XML[name]
+    with pytest.raises(ReadError) as caught:
+        scanned(f"{HEAD}{elements}</materialx>")
+    found = caught.value.finding
+    assert (found.code, found.location) == ("READ_XML", line)
+    assert found.message.endswith(f"at column {column}")
+
+
+def test_the_depth_of_a_document_with_such_values_is_bounded_too(scanned):
+    text = f"{HEAD}{udim('a.<UDIM>.png')}" + "<a>" * MAXIMUM_XML_DEPTH + "</a>" * MAXIMUM_XML_DEPTH + "</materialx>"
+    with pytest.raises(ReadError, match="levels deep"):
+        scanned(text)
+
+
+@pytest.mark.parametrize("unit", ["<a b='", '<a b="', "<!--", "<![CDATA[", "<?", "<a b='\"", "<a "])
+def test_a_text_that_never_closes_what_it_opens_takes_no_time(scanned, unit):
+    began = time.monotonic()
+    with pytest.raises(ReadError):
+        scanned(f"{HEAD}{udim('a.<UDIM>.png')}" + unit * 200_000)
+    assert time.monotonic() - began < 5.0
+
+
+def test_a_declared_encoding_that_is_not_the_files_is_told(scanned):
+    """MaterialX would read the bytes as the declaration says."""
+    latin = HEAD.replace("?>", ' encoding="ISO-8859-1"?>')
+    with pytest.raises(ReadError, match="says that it is ISO-8859-1, and is UTF-8"):
+        scanned(f'{latin}<a b="é"/></materialx>')
+    assert scanned(f'{latin}<a b="e"/></materialx>').root == "materialx"
+    utf8 = HEAD.replace("?>", ' encoding="UTF-8"?>')
+    assert scanned(f'{utf8}<a b="é"/></materialx>').root == "materialx"
