@@ -8,7 +8,7 @@ import re
 import shutil
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.writing import replacing
 
 if TYPE_CHECKING:
     from pathlib import Path

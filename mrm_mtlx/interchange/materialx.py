@@ -10,7 +10,7 @@ import MaterialX as mx
 from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.library.filenames import rename_files
-from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.writing import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

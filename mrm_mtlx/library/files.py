@@ -1,11 +1,9 @@
-"""Files: where a name of a document leads, and writing them whole or not at all."""
+"""Files: where a name of a document leads, and reading what is regular."""
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
-import shutil
 import stat
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -13,10 +11,9 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "read_regular", "replacing"]
+__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "read_regular"]
 
 # What begins with a drive is absolute for MaterialX, on every system.
 _DRIVE = re.compile("[A-Za-z]:")
@@ -126,29 +123,3 @@ def read_regular(path: Path, most: int) -> bytes | None:
             return stream.read(most)
     finally:
         os.close(descriptor)
-
-
-@contextlib.contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A file beside `path`, of the same suffix, to write to; it takes the place of `path` if all went well.
-
-    Whatever happens before that, a full disk or an interrupt, leaves `path` as it was and nothing beside it. What is
-    not a plain file (a pipe, /dev/stdout) is written to directly.
-
-    Raises
-    ------
-    OSError
-        If the file cannot take the place of `path`.
-    """
-    if path.exists() and not path.is_file():
-        yield path
-        return
-    target = path.resolve()  # a link keeps leading where it led
-    unfinished = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
-    try:
-        yield unfinished
-        if target.exists():
-            shutil.copymode(target, unfinished)
-        unfinished.replace(target)
-    finally:
-        unfinished.unlink(missing_ok=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mrm_mtlx import __version__
-from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.writing import replacing
 from mrm_mtlx.measured.document import write
 from mrm_mtlx.measured.performance import CEILINGS, MARGIN, Make, Met, meet
 from mrm_mtlx.photometry import limits

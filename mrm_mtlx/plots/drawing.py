@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogLocator, MaxNLocator, MultipleLocator, NullFormatter
 
-from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.writing import replacing
 from mrm_mtlx.plots import style
 
 if TYPE_CHECKING:

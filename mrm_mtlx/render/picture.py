@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
-from mrm_mtlx.library.files import replacing
-from mrm_mtlx.library.images import read_image, srgb_encoded
+from mrm_mtlx.library.images import read_image, srgb_encoded, write_image
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
@@ -125,21 +124,11 @@ def write(radiance: Array, path: Path, exposure: float | None, *, oversampling: 
     ValueError
         If the file cannot be written.
     """
-    import OpenImageIO as oiio
-
     linear = path.suffix.lower() == ".exr"
     pixels = _reduce(radiance if linear else tone_map(radiance, exposure), oversampling)
-    height, width, _ = pixels.shape
-    spec = oiio.ImageSpec(width, height, 3, "half" if linear else "uint8")
-    spec.attribute("oiio:ColorSpace", "lin_rec709" if linear else "sRGB")
+    stored = np.minimum(pixels, 65504.0).astype(np.float16) if linear else np.round(255.0 * pixels).astype(np.uint8)
     try:
-        with replacing(path) as unfinished:
-            target = oiio.ImageOutput.create(str(unfinished))
-            if target is None or not target.open(str(unfinished), spec):
-                raise OSError(oiio.geterror() or (target and target.geterror()))
-            kept = np.ascontiguousarray(np.minimum(pixels, 65504.0), dtype=np.float32)
-            if not target.write_image(kept) or not target.close():
-                raise OSError(target.geterror() or "the disk may be full")
+        write_image(path, stored, {"oiio:ColorSpace": "lin_rec709" if linear else "sRGB"})
     except OSError as error:
         msg = f"{path} cannot be written: {error.strerror or error}"
         raise ValueError(msg) from error

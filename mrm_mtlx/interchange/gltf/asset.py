@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 
 from mrm_mtlx import __version__
-from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.writing import replacing
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,7 +12,7 @@ import numpy as np
 from mrm_mtlx.interchange.gltf.asset import ImageFile
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.textures import PLAIN_KINDS, kind_of
-from mrm_mtlx.library.images import as_read, read_image, srgb_decoded, srgb_encoded
+from mrm_mtlx.library.images import as_read, read_image, srgb_decoded, srgb_encoded, write_image
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -143,17 +143,9 @@ def _composed(wanted: Mapping[int, Channel | None], loaded: Mapping[str, Any]) -
 
 def _png(pixels: NDArray[np.floating]) -> bytes:
     """Bytes of a PNG with 8 bits per value where these are exact, else with 16."""
-    import OpenImageIO as oiio
-
-    height, width, channels = pixels.shape
     is_exact = np.allclose(pixels * 255.0, np.round(pixels * 255.0), rtol=0.0, atol=1e-4)
     kind, largest = (np.uint8, 255.0) if is_exact else (np.uint16, 65535.0)
-    spec = oiio.ImageSpec(width, height, channels, "uint8" if is_exact else "uint16")
-    spec.attribute("oiio:UnassociatedAlpha", 1)  # else colours would be divided by it
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         path = Path(folder) / "image.png"
-        target = oiio.ImageOutput.create(str(path))
-        values = np.ascontiguousarray(np.round(pixels * largest), dtype=kind)
-        if target is None or not target.open(str(path), spec) or not target.write_image(values) or not target.close():
-            raise OSError(0, "OpenImageIO does not write a PNG")
+        write_image(path, np.round(pixels * largest).astype(kind), {})
         return path.read_bytes()

@@ -13,7 +13,7 @@ from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.usd.opening import said
 from mrm_mtlx.interchange.usd.writing import write_materials
 from mrm_mtlx.library.console import silenced
-from mrm_mtlx.library.files import replacing
+from mrm_mtlx.library.writing import replacing
 
 if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported, Remark

@@ -1,0 +1,187 @@
+"""Writing files whole or not at all: one, or several that belong together."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import filecmp
+import os
+import secrets
+import shutil
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import TracebackType
+    from typing import Self
+
+
+# Files that a message names.
+_SHOWN = 3
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """An empty file of the same suffix, to write to; it takes the place of `path` if all went well.
+
+    It lies beside `path`, under a name that nobody can have foreseen. Whatever happens before it takes that place, a
+    full disk or an interrupt, leaves `path` as it was and nothing beside it. What is not a plain file (a pipe,
+    /dev/stdout) gets the finished content.
+
+    Raises
+    ------
+    OSError
+        If the file cannot take the place of `path`.
+    """
+    if path.exists() and not path.is_file():
+        with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
+            yield (finished := _create(Path(folder), path.suffix))
+            with finished.open("rb") as source, path.open("wb") as target:
+                shutil.copyfileobj(source, target)
+        return
+    target = path.resolve()  # a link keeps leading where it led
+    unfinished = _create(target.parent, target.suffix)
+    try:
+        yield unfinished
+        if not unfinished.stat().st_size:
+            raise FileNotFoundError(errno.ENOENT, "nothing was written")
+        _move(unfinished, target)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+@dataclass
+class FileSet:
+    """Files that belong together: all of them are written, or none; as a context.
+
+    The end of the context puts them where they belong, unless it is left by an exception. If one cannot be put there,
+    what was there before is put back.
+
+    Attributes
+    ----------
+    folder
+        Where they belong, or below it; there is nothing of them anywhere else before the end.
+    force
+        Whether `beside` may replace files.
+    """
+
+    folder: Path
+    force: bool = False
+    _scratch: Path = field(init=False)
+    _files: dict[Path, tuple[Path, bool]] = field(default_factory=dict, init=False)
+
+    def __enter__(self) -> Self:
+        """Itself."""
+        self._scratch = Path(tempfile.mkdtemp(prefix=".mrm-", dir=self.folder))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Put the files where they belong.
+
+        Raises
+        ------
+        FileExistsError
+            If there is a file already that may not be replaced; it is named.
+        OSError
+            If it cannot be done.
+        """
+        try:
+            if kind is None:
+                self._refuse_conflicts()
+                self._put()
+        finally:
+            shutil.rmtree(self._scratch, ignore_errors=True)
+
+    def named(self, path: Path) -> Path:
+        """An empty file to write to, for `path`, which the user named: what is there is replaced."""
+        return self._new(path.resolve(), replaces=True)  # a link keeps leading where it led
+
+    def beside(self, path: Path) -> Path:
+        """The same for a file that nobody named: what is there has to be the same already, or `force` is needed.
+
+        Raises
+        ------
+        OSError
+            If a folder on the way is a link that leads out of `folder`.
+        """
+        if not path.parent.resolve().is_relative_to(self.folder.resolve()):
+            raise OSError(errno.EXDEV, f"{self._shown(path)} would lie elsewhere: a folder on the way is a link")
+        return self._new(path, replaces=self.force)
+
+    def copied(self, source: Path, path: Path) -> None:
+        """A copy of a file, `beside`."""
+        shutil.copyfile(source, self.beside(path))
+
+    def _new(self, path: Path, *, replaces: bool) -> Path:
+        if path not in self._files:
+            self._files[path] = (_create(self._scratch, path.suffix), replaces)
+        return self._files[path][0]
+
+    def _refuse_conflicts(self) -> None:
+        found = [
+            self._shown(path)
+            for path, (finished, replaces) in self._files.items()
+            if not replaces and os.path.lexists(path) and not _same(path, finished)
+        ]
+        if found:
+            names = ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
+            raise FileExistsError(errno.EEXIST, f"already there, with other content: {names}; --force replaces such")
+
+    def _shown(self, path: Path) -> str:
+        return os.path.relpath(path, self.folder).replace(os.sep, "/")
+
+    def _put(self) -> None:
+        """Move the files; each step's undoing is known before the step is done, so that an interrupt loses nothing."""
+        with contextlib.ExitStack() as undo:
+            for number, (path, (finished, _)) in enumerate(self._files.items()):
+                for parent in reversed([path.parent, *path.parent.parents]):
+                    if not parent.exists():
+                        undo.callback(_remove_folder, parent)
+                        parent.mkdir()
+                before = self._scratch / f"before-{number}"
+                if os.path.lexists(path):
+                    _keep(path, before)
+                    undo.callback(before.replace, path)
+                else:
+                    undo.callback(path.unlink, missing_ok=True)
+                _move(finished, path)
+            undo.pop_all()
+
+
+def _create(folder: Path, suffix: str) -> Path:
+    """A new empty file with the permissions of any other, under a name that nobody can have foreseen."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
+    path = folder / f".mrm-{secrets.token_hex(12)}{suffix}"
+    os.close(os.open(path, flags, 0o666))
+    return path
+
+
+def _keep(path: Path, before: Path) -> None:
+    """A second name of a file, or where that cannot be, a copy: the file itself stays until another replaces it."""
+    try:
+        os.link(path, before, follow_symlinks=False)
+    except (OSError, NotImplementedError):
+        shutil.copy2(path, before, follow_symlinks=False)
+
+
+def _remove_folder(folder: Path) -> None:
+    with contextlib.suppress(OSError):  # it was not made, or somebody uses it by now
+        folder.rmdir()
+
+
+def _move(finished: Path, target: Path) -> None:
+    """Put a finished file in the place of another, once all of it has reached the disk."""
+    with finished.open("rb") as stream:
+        os.fsync(stream.fileno())  # a network's disk, or one with quotas, says only here that it is full
+    if target.is_file():
+        shutil.copymode(target, finished)
+    finished.replace(target)
+
+
+def _same(path: Path, finished: Path) -> bool:
+    return path.is_file() and not path.is_symlink() and filecmp.cmp(path, finished, shallow=False)
