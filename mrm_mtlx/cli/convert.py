@@ -59,6 +59,9 @@ def convert(
         str | None, typer.Option("--element", metavar="NAME", help="Element whose R_A it is; default: the first.")
     ] = None,
     root: Roots = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Also replace files beside OUTPUT that are there with other content.")
+    ] = False,
 ) -> None:
     """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it."""
     from mrm_mtlx.cli import openmaterial
@@ -68,7 +71,8 @@ def convert(
     output = written or output
     options = openmaterial.Options(into, at, compare, observation, entrance, element)
     if compare is not None:
-        for name, value in (("--output", output), ("--to", to), ("--into", into), ("--at", at)):
+        of_writing = {"--output": output, "--to": to, "--into": into, "--at": at, "--force": force or None}
+        for name, value in of_writing.items():
             if value is not None:
                 raise typer.BadParameter("not with --compare, which writes nothing", param_hint=name)
         openmaterial.convert(path, None, options, root)
@@ -77,10 +81,12 @@ def convert(
         raise typer.BadParameter("expected a file to write, or --compare", param_hint="OUTPUT")
     refuse_missing_folder(output, "OUTPUT")
     if to is FormatName.OPENMATERIAL or output.suffix.lower() == OPENMATERIAL_SUFFIX:
+        if force:
+            raise typer.BadParameter("this format has no files beside OUTPUT, which is replaced", param_hint="--force")
         openmaterial.convert(path, output, options, root)
     else:
         _refuse(options)
-        _translate(path, output, root)
+        _translate(path, output, root, force=force)
 
 
 def _refuse(options: Options) -> None:
@@ -90,11 +96,11 @@ def _refuse(options: Options) -> None:
             raise typer.BadParameter(f"only for {OPENMATERIAL_SUFFIX}, OpenMATERIAL", param_hint=f"--{name}")
 
 
-def _translate(path: Path, output: Path, roots: list[Path] | None) -> None:
+def _translate(path: Path, output: Path, roots: list[Path] | None, *, force: bool) -> None:
     """Read a file of one format, write one of another; what is lost goes to stderr."""
     from mrm_mtlx.cli.documents import open_document, print_findings
     from mrm_mtlx.interchange.formats import DOCUMENT, SUFFIXES, format_of
-    from mrm_mtlx.interchange.imported import NothingToWriteError
+    from mrm_mtlx.interchange.imported import NothingToWriteError, UnreadableError
     from mrm_mtlx.library import load_library
     from mrm_mtlx.validation.findings import Severity, finding
 
@@ -115,7 +121,10 @@ def _translate(path: Path, output: Path, roots: list[Path] | None) -> None:
         return found
 
     try:
-        findings = said(form.write(opened.imported, output, library))
+        findings = said(form.write(opened.imported, output, library, force=force))
+    except UnreadableError as error:
+        said([error.remark])
+        raise typer.Exit(1) from error
     except NothingToWriteError as error:
         said(error.remarks)
         typer.echo(f"mrm: {path}: {error}", err=True)

@@ -33,7 +33,7 @@ def generate(
 ) -> None:
     """Print the generated source of a document's surfaces, or write it to files."""
     from mrm_mtlx.cli.documents import open_document
-    from mrm_mtlx.cli.options import chosen_targets, write_file
+    from mrm_mtlx.cli.options import chosen_targets
     from mrm_mtlx.library import Origin, load_library
     from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode, available_targets
     from mrm_mtlx.shadergen import generate as generate_shader
@@ -41,6 +41,7 @@ def generate(
     chosen_targets([target], available_targets())
     data = load_library(Origin(library.value))
     opened = open_document(path, data, element, root)
+    sources: dict[str, str] = {}
     for renderable in opened.elements:
         try:
             shader = generate_shader(renderable, target, data, OslMode(osl_mode.value))
@@ -51,10 +52,21 @@ def generate(
             if output is None:
                 typer.echo(shader.sources[stage])
                 continue
-            file = output / f"{renderable.getNamePath().replace('/', '_')}{suffix}"
-            try:
-                output.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise typer.BadParameter(f"{output}: {error.strerror}", param_hint="--output") from error
-            write_file(file, shader.sources[stage])
-            typer.echo(f"wrote {file}", err=True)
+            sources[f"{renderable.getNamePath().replace('/', '_')}{suffix}"] = shader.sources[stage]
+    if output is not None:
+        _write(sources, output)
+
+
+def _write(sources: dict[str, str], folder: Path) -> None:
+    """Write files into a folder, which is made, all or none."""
+    from mrm_mtlx.library.writing import FileSet
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with FileSet(folder) as files:
+            for name, source in sources.items():
+                files.named(folder / name).write_text(source, encoding="utf-8")
+    except OSError as error:
+        raise typer.BadParameter(f"{folder} cannot be written: {error.strerror}", param_hint="--output") from error
+    for name in sources:
+        typer.echo(f"wrote {folder / name}", err=True)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import glob
 import os
-import re
-import shutil
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.library.writing import replacing
+from mrm_mtlx.interchange.imported import Remark, UnreadableError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.interchange.imported import Imported
+    from mrm_mtlx.library.writing import FileSet
 
 
-def name_beside(name: str, source: Imported, path: Path) -> str:
+def name_beside(name: str, source: Imported, path: Path, files: FileSet) -> str:
     """A file's name as seen from the folder of `path`, "/" between folders.
 
     What lies elsewhere than in or below that folder, or was inside of the source, as in a package, is copied into a
@@ -27,19 +25,28 @@ def name_beside(name: str, source: Imported, path: Path) -> str:
     ------
     OSError
         If a file cannot be copied.
+    UnreadableError
+        If one is a link that leads outside, or no regular file.
     """
     target = source.reach.resolve(name)
     if target is None:  # a checked document has none
         return name
     folder = path.parent.resolve()
-    pattern = re.sub(r"<[^>]*>", "*", glob.escape(target.name))
-    found = sorted(target.parent.glob(pattern))
+    found = source.reach.members(name)
     if found and (source.packed or not target.is_relative_to(folder)):
         inner = source.reach.within(target)
         for file in found:
-            copy = folder / path.stem / inner.with_name(file.name)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(copy) as unfinished:
-                shutil.copyfile(file, unfinished)
+            files.copied(_checked(file, source), folder / path.stem / inner.with_name(file.name))
         target = folder / path.stem / inner
     return os.path.relpath(target, folder).replace(os.sep, "/")
+
+
+def _checked(file: Path, source: Imported) -> Path:
+    """Where the content of a file lies that is to be copied."""
+    target = source.reach.inside(file)
+    if target is None:
+        message = f"the file '{file.name}' is a link that leads outside the folder being checked"
+        raise UnreadableError(Remark("READ_OUTSIDE", "", message))
+    if not target.is_file():
+        raise UnreadableError(Remark("READ_FAILED", "", f"'{file.name}' is not a regular file"))
+    return target

@@ -6,6 +6,8 @@ import errno
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
+from mrm_mtlx.library.writing import FileSet
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -41,8 +43,8 @@ class Format(NamedTuple):
         read: Imported = import_module(self.module).read(path, reach, library, scratch)
         return read
 
-    def write(self, source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
-        """Write a document, whole or not at all; return what of it the format cannot say.
+    def write(self, source: Imported, path: Path, library: DataLibrary, *, force: bool = False) -> list[Remark]:
+        """Write a document and the files beside it, all or none; return what of it the format cannot say.
 
         Parameters
         ----------
@@ -52,17 +54,22 @@ class Format(NamedTuple):
             The file; its ending is one of `suffixes`. Whatever stands there is replaced.
         library
             The document's definitions.
+        force
+            Whether files beside it may be replaced that are there already, with other content.
 
         Raises
         ------
         OSError
-            If it cannot be written.
+            If it cannot be written, or only by `force`.
+        UnreadableError
+            If a file that the document names may not be copied.
         NothingToWriteError
             If there is nothing in the document that the format can say, with the reasons.
         """
         if path.exists() and not path.is_file():
             raise OSError(errno.EINVAL, "it is not a regular file")
-        remarks: list[Remark] = import_module(self.module).write(source, path, library)
+        with FileSet(path.parent, force) as files:
+            remarks: list[Remark] = import_module(self.module).write(source, path, library, files)
         return remarks
 
 

@@ -10,7 +10,6 @@ import MaterialX as mx
 from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.library.filenames import rename_files
-from mrm_mtlx.library.writing import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,22 +17,22 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.interchange.imported import Imported
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.library.writing import FileSet
 
 # What texts of other formats may hold, and XML 1.0 may not (section 2.2), not even as a reference.
 _CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
-def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
-    """Write a document without its data library; see `interchange.formats`.
+def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:
+    """Write a document without its data library, into a set of files; see `interchange.formats`.
 
     Names of files are those of `name_beside`.
     """
     del library
     document = source.document.copy()
-    rename_files(document, lambda name: name_beside(name, source, path))
+    rename_files(document, lambda name: name_beside(name, source, path, files))
     lost = [remark for element in document.traverseTree() for remark in _without_controls(element)]
-    with replacing(path) as unfinished:
-        unfinished.write_text(mx.writeToXmlString(document), encoding="utf-8")
+    files.named(path).write_text(mx.writeToXmlString(document), encoding="utf-8")
     return lost
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 import stat
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 __all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "read_regular"]
+
+# What stands for the number of a tile in a name, and what it may be; of others, anything.
+_TOKEN = re.compile("<[^>]*>")
+_TOKENS = {"<UDIM>": "[0-9][0-9][0-9][0-9]", "<UVTILE>": "u*_v*"}
 
 # What begins with a drive is absolute for MaterialX, on every system.
 _DRIVE = re.compile("[A-Za-z]:")
@@ -79,6 +84,17 @@ class Reach:
         """The same, but None for what is not a regular file: a pipe or a device would never end."""
         target = self.resolve(name)
         return target if target is not None and target.is_file() else None
+
+    def members(self, name: str) -> list[Path]:
+        """The files that a name means, as they lie: of a set, with "<UDIM>" or the like in its name, those there are.
+
+        None of one outside. Members of a set may be links that lead outside; `inside` tells.
+        """
+        target = self.resolve(name)
+        if target is None or not target.parent.is_dir():
+            return []
+        pattern = _TOKEN.sub(lambda found: _TOKENS.get(found[0].upper(), "*"), glob.escape(target.name))
+        return sorted(target.parent.glob(pattern))
 
     def within(self, target: Path) -> Path:
         """Where a file that was resolved lies, as seen from the folder that holds it.

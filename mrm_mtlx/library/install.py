@@ -10,6 +10,7 @@ import MaterialX as mx
 from mrm_mtlx.library.load import load_library, materialx_version
 from mrm_mtlx.library.paths import node_library_folder
 from mrm_mtlx.library.surface_models import SURFACE_MODELS, extensions_alone
+from mrm_mtlx.library.writing import FileSet
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,8 @@ def install_library(destination: Path) -> list[Path]:
     MaterialX takes the first definition that fits: nodes have to come before the standard library, models after it, or
     every document would get the models of the MaterialX that is installed here.
 
-    Returns the files written, sorted. Existing files of the same name are overwritten; nothing else is touched.
+    Returns the files written, sorted: all, or none if one cannot be. Existing files of the same name are overwritten;
+    nothing else is touched.
 
     Raises
     ------
@@ -41,15 +43,16 @@ def install_library(destination: Path) -> list[Path]:
         If the destination cannot be written.
     """
     source = node_library_folder() / "pbrlib"
-    shutil.copytree(source, destination / NODES_FOLDER, dirs_exist_ok=True)
-    copied = [destination / NODES_FOLDER / p.relative_to(source) for p in source.rglob("*") if p.is_file()]
+    destination.mkdir(parents=True, exist_ok=True)
+    written = {destination / NODES_FOLDER / p.relative_to(source): p for p in source.rglob("*") if p.is_file()}
     text = surface_models_text()
-    if not text:
-        return sorted(copied)
     models = destination / MODELS_FOLDER / f"{MODELS_FOLDER}.mtlx"
-    models.parent.mkdir(exist_ok=True)
-    models.write_text(text, encoding="utf-8")
-    return sorted([*copied, models])
+    with FileSet(destination) as files:
+        for target, file in written.items():
+            shutil.copyfile(file, files.named(target))
+        if text:
+            files.named(models).write_text(text, encoding="utf-8")
+    return sorted([*written, models] if text else written)
 
 
 def surface_models_text() -> str:

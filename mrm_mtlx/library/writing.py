@@ -39,8 +39,8 @@ def replacing(path: Path) -> Iterator[Path]:
     if path.exists() and not path.is_file():
         with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
             yield (finished := _create(Path(folder), path.suffix))
-            with finished.open("rb") as source, path.open("wb") as target:
-                shutil.copyfileobj(source, target)
+            with finished.open("rb") as source, path.open("wb") as device:
+                shutil.copyfileobj(source, device)
         return
     target = path.resolve()  # a link keeps leading where it led
     unfinished = _create(target.parent, target.suffix)
@@ -72,10 +72,11 @@ class FileSet:
     force: bool = False
     _scratch: Path = field(init=False)
     _files: dict[Path, tuple[Path, bool]] = field(default_factory=dict, init=False)
+    _main: set[Path] = field(default_factory=set, init=False)
 
     def __enter__(self) -> Self:
         """Itself."""
-        self._scratch = Path(tempfile.mkdtemp(prefix=".mrm-", dir=self.folder))
+        self._scratch = Path(tempfile.mkdtemp(prefix=".mrm-", dir=self.folder.resolve()))
         return self
 
     def __exit__(
@@ -95,11 +96,15 @@ class FileSet:
                 self._refuse_conflicts()
                 self._put()
         finally:
+            for finished, _ in self._files.values():
+                finished.unlink(missing_ok=True)
             shutil.rmtree(self._scratch, ignore_errors=True)
 
     def named(self, path: Path) -> Path:
         """An empty file to write to, for `path`, which the user named: what is there is replaced."""
-        return self._new(path.resolve(), replaces=True)  # a link keeps leading where it led
+        target = path.resolve()  # a link keeps leading where it led
+        self._main.add(target)
+        return self._new(target, replaces=True)
 
     def beside(self, path: Path) -> Path:
         """The same for a file that nobody named: what is there has to be the same already, or `force` is needed.
@@ -119,7 +124,9 @@ class FileSet:
 
     def _new(self, path: Path, *, replaces: bool) -> Path:
         if path not in self._files:
-            self._files[path] = (_create(self._scratch, path.suffix), replaces)
+            # Where a link led to, there may be another disk.
+            folder = self._scratch if path.parent.is_relative_to(self._scratch.parent) else path.parent
+            self._files[path] = (_create(folder, path.suffix), replaces)
         return self._files[path][0]
 
     def _refuse_conflicts(self) -> None:
@@ -138,7 +145,9 @@ class FileSet:
     def _put(self) -> None:
         """Move the files; each step's undoing is known before the step is done, so that an interrupt loses nothing."""
         with contextlib.ExitStack() as undo:
-            for number, (path, (finished, _)) in enumerate(self._files.items()):
+            # What refers to the others comes last.
+            ordered = sorted(self._files.items(), key=lambda item: item[0] in self._main)
+            for number, (path, (finished, _)) in enumerate(ordered):
                 for parent in reversed([path.parent, *path.parent.parents]):
                     if not parent.exists():
                         undo.callback(_remove_folder, parent)
@@ -146,7 +155,7 @@ class FileSet:
                 before = self._scratch / f"before-{number}"
                 if os.path.lexists(path):
                     _keep(path, before)
-                    undo.callback(before.replace, path)
+                    undo.callback(shutil.move, before, path)
                 else:
                     undo.callback(path.unlink, missing_ok=True)
                 _move(finished, path)

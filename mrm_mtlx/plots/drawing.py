@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -140,8 +141,11 @@ def save(figure: Figure, path: Path) -> None:
         msg = f"{path}: expected a name that ends in {', '.join(style.SUFFIXES)}"
         raise ValueError(msg)
     try:
-        with mpl.rc_context(style.SETTINGS), replacing(path) as unfinished:
-            figure.savefig(unfinished, format=suffix[1:], metadata=style.METADATA[suffix])
+        content = io.BytesIO()  # matplotlib leaves files open that it cannot write to
+        with mpl.rc_context(style.SETTINGS):
+            figure.savefig(content, format=suffix[1:], metadata=style.METADATA[suffix])
+        with replacing(path) as unfinished:
+            unfinished.write_bytes(content.getvalue())
     except OSError as error:
         msg = f"{path} cannot be written: {error.strerror or error}"
         raise ValueError(msg) from error

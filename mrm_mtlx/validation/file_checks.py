@@ -36,6 +36,10 @@ def check_images(node: Any, reach: Reach) -> Iterator[Finding]:
             yield finding("READ_OUTSIDE", location(given), f"the image '{name}' lies outside the folder being checked")
         elif "<" not in name and not target.is_file():  # <UDIM> and the like name a set of files
             yield finding("DOC_FILE", location(given), f"the image '{name}' does not exist")
+        for file in reach.members(name):
+            if reach.inside(file) is None:
+                message = f"'{file.name}' of the image '{name}' is a link that leads outside the folder being checked"
+                yield finding("READ_OUTSIDE", location(given), message)
 
 
 def check_sources(document: mx.Document, reach: Reach) -> Iterator[Finding]:

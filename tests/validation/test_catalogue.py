@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mrm_mtlx.cli import rules
-from mrm_mtlx.interchange import gltf
+from mrm_mtlx.interchange.formats import format_of
 from mrm_mtlx.interchange.imported import NothingToWriteError
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.catalogue import RULES
@@ -101,8 +101,9 @@ def codes(request, check, settings, library, tmp_path) -> Callable[[str, Path], 
     def of(code: str, path: Path) -> list[str]:
         if code in WRITTEN:
             read, _ = read_document(path, Reach.beside(path), library, tmp_path)
+            form = format_of(tmp_path / "written.glb")
             try:
-                return [remark.code for remark in gltf.write(read, tmp_path / "written.glb", library)]
+                return [remark.code for remark in form.write(read, tmp_path / "written.glb", library)]
             except NothingToWriteError as error:
                 return [remark.code for remark in error.remarks]
         if code in NEED_GL:

@@ -12,12 +12,13 @@ from urllib.parse import quote
 import numpy as np
 
 from mrm_mtlx import __version__
-from mrm_mtlx.library.writing import replacing
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from mrm_mtlx.library.writing import FileSet
 
 # Steps of the sphere around and along: 1,500 triangles, which look round at the size of a thumbnail.
 _AROUND, _ALONG = 48, 24
@@ -64,14 +65,16 @@ class Asset:
             image, number = image._replace(name=f"{stem}_{number}.{suffix}"), number + 1
         return _index(self.images, image)
 
-    def save(self, path: Path, *, beside: bool = True) -> None:
-        """Write the asset, each file whole or not at all.
+    def save(self, path: Path, files: FileSet, *, beside: bool = True) -> None:
+        """Write the asset into a set of files.
 
         Parameters
         ----------
         path
             Its name ends in .gltf or .glb. Images and geometry of a .gltf go into files of their own: those of images
             into a folder that has the asset's stem as name.
+        files
+            Where they are written to.
         beside
             Whether images stay where they are if they lie beside the asset already.
 
@@ -88,24 +91,19 @@ class Asset:
                 for image in self.images
             ]
             data |= views.data()
-            with replacing(path) as unfinished:
-                unfinished.write_bytes(_packed(_pruned(data), views.content))
+            files.named(path).write_bytes(_packed(_pruned(data), views.content))
             return
-        data["images"] = [{"name": i.name, "uri": self._write(i, path, beside)} for i in self.images]
+        data["images"] = []
+        for image in self.images:
+            stays = image.uri and beside
+            uri = image.uri if stays else f"{path.stem}/{image.name}"
+            data["images"].append({"name": image.name, "uri": quote(uri)})
+            if not stays:
+                files.beside(path.parent / uri).write_bytes(image.content)
         data |= views.data(quote(f"{path.stem}.bin"))
-        with replacing(path.with_suffix(".bin")) as unfinished:
-            unfinished.write_bytes(views.content)
-        with replacing(path) as unfinished:
-            unfinished.write_text(json.dumps(_pruned(data), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-
-    def _write(self, image: ImageFile, path: Path, beside: bool) -> str:
-        if image.uri and beside:
-            return quote(image.uri)
-        folder = path.parent / path.stem
-        folder.mkdir(exist_ok=True)
-        with replacing(folder / image.name) as unfinished:
-            unfinished.write_bytes(image.content)
-        return quote(f"{folder.name}/{image.name}")
+        files.beside(path.with_suffix(".bin")).write_bytes(views.content)
+        text = json.dumps(_pruned(data), indent=2, ensure_ascii=False) + "\n"
+        files.named(path).write_text(text, encoding="utf-8")
 
     def _data(self, views: Views) -> dict[str, Any]:
         count = len(self.materials)

@@ -16,6 +16,7 @@ from mrm_mtlx.interchange.gltf.reading import read
 from mrm_mtlx.interchange.gltf.slots import Images
 from mrm_mtlx.interchange.imported import NothingToWriteError, Remark
 from mrm_mtlx.library.files import Reach
+from mrm_mtlx.library.writing import FileSet
 from mrm_mtlx.reference import UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
 
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 LEFT_OUT = "INTERCHANGE_LEFT_OUT"
 
 
-def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
-    """Write a document as .gltf or .glb; see `interchange.formats`.
+def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:
+    """Write a document as .gltf or .glb, into a set of files; see `interchange.formats`.
 
     A material that glTF cannot say is left out. What was written is read back, and how far it is from the document is
     a remark where it is more than rounding.
@@ -56,7 +57,7 @@ def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
     if not written:
         raise NothingToWriteError(remarks)
     remarks += _differences(written, asset, images, path, library)
-    asset.save(path)
+    asset.save(path, files)
     return remarks
 
 
@@ -66,7 +67,8 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         copy, scratch = Path(folder) / path.name, Path(folder) / "scratch"
         scratch.mkdir()
-        asset.save(copy, beside=False)
+        with FileSet(Path(folder)) as files:
+            asset.save(copy, files, beside=False)
         back = read(copy, Reach.beside(copy), library, scratch)
         found = Images(back, copy)
         for element, again, data in zip(elements, renderable_elements(back.document), asset.materials, strict=True):

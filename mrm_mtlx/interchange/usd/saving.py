@@ -13,7 +13,7 @@ from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.usd.opening import said
 from mrm_mtlx.interchange.usd.writing import write_materials
 from mrm_mtlx.library.console import silenced
-from mrm_mtlx.library.writing import replacing
+from mrm_mtlx.library.writing import FileSet
 
 if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported, Remark
@@ -27,20 +27,20 @@ _HEADER, _EXTRA_HEADER = 30, 4
 _EXTRA_ID = 0x1986
 
 
-def write(source: Imported, path: Path, library: DataLibrary) -> list[Remark]:
-    """Write the materials of a document as `path`; see `interchange.formats`."""
+def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:
+    """Write the materials of a document as `path`, into a set of files; see `interchange.formats`."""
     del library  # the document's own is set
-    with replacing(path) as unfinished:
-        if path.suffix.lower() == ".usdz":
-            return _package(source, path.stem, unfinished)
-        return _layer(source, path, unfinished)
+    if path.suffix.lower() == ".usdz":
+        return _package(source, path.stem, files.named(path))
+    return _layer(source, path, files)
 
 
-def _layer(source: Imported, path: Path, unfinished: Path) -> list[Remark]:
+def _layer(source: Imported, path: Path, files: FileSet) -> list[Remark]:
     """Write a layer that is to stand at `path`."""
+    unfinished = files.named(path)
 
     def anchored(name: str) -> str:
-        beside = name_beside(name, source, path)
+        beside = name_beside(name, source, path, files)
         return beside if beside.startswith("../") else f"./{beside}"
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
@@ -60,7 +60,8 @@ def _package(source: Imported, name: str, unfinished: Path) -> list[Remark]:
     """Write a package: USD gathers the images, and what it wrote is stored again without the time of writing."""
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         layer, gathered = Path(folder, f"{name}.usdc"), Path(folder, "gathered.usdz")
-        remarks = _layer(source, layer, layer)
+        with FileSet(Path(folder)) as files:
+            remarks = _layer(source, layer, files)
         with silenced():
             made = UsdUtils.CreateNewUsdzPackage(str(layer), str(gathered))
         if not made:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mrm_mtlx.interchange import gltf
+from mrm_mtlx.interchange.formats import format_of
 from mrm_mtlx.interchange.gltf import closures, comparison, schema, slots
 from mrm_mtlx.interchange.gltf.container import open_container
 from mrm_mtlx.interchange.imported import Imported, NothingToWriteError
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import UnsupportedError
 
+GLTF = format_of(Path("a.gltf"))
 TEXELS = np.array([[[230, 110, 60], [90, 140, 200]], [[40, 180, 100], [150, 70, 240]]])
 
 
@@ -25,7 +27,7 @@ def written(library, tmp_path):
     def run(imported, name="out/model.gltf"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
-        remarks = gltf.write(imported, path, library)
+        remarks = GLTF.write(imported, path, library)
         return open_container(path, Reach.beside(path)).data, remarks
 
     return run
@@ -220,7 +222,7 @@ def test_two_runs_write_the_same_bytes_and_what_lies_beside_is_not_copied(full, 
     few(full)
     imported = read(full)
     for name in ("one.glb", "two.glb", "one.gltf"):
-        gltf.write(imported, tmp_path / name, library)
+        GLTF.write(imported, tmp_path / name, library)
     assert (tmp_path / "one.glb").read_bytes() == (tmp_path / "two.glb").read_bytes()
     text = (tmp_path / "one.gltf").read_text()
     assert [image["uri"] for image in json.loads(text)["images"]] == ["a.png", "b.png"]
@@ -229,10 +231,10 @@ def test_two_runs_write_the_same_bytes_and_what_lies_beside_is_not_copied(full, 
 
 def test_what_was_unpacked_is_copied_beside_the_asset(full, library, read, tmp_path):
     few(full)
-    gltf.write(read(full), tmp_path / "one.glb", library)
+    GLTF.write(read(full), tmp_path / "one.glb", library)
     unpacked = read(tmp_path / "one.glb")
     assert unpacked.reach.folder.is_relative_to(tmp_path)
-    gltf.write(unpacked, tmp_path / "again.gltf", library)
+    GLTF.write(unpacked, tmp_path / "again.gltf", library)
     images = json.loads((tmp_path / "again.gltf").read_text())["images"]
     assert len(images) == 2
     assert all((tmp_path / image["uri"]).parent == tmp_path / "again" for image in images)

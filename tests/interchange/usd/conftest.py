@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from mrm_mtlx.interchange import materialx
+from mrm_mtlx.interchange.formats import DOCUMENT, format_of
 from mrm_mtlx.interchange.imported import Imported
-from mrm_mtlx.interchange.usd import read, write
+from mrm_mtlx.interchange.usd import read
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
@@ -68,7 +68,7 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
         source = document
         if not isinstance(document, Imported):
             source = Imported(document, reach=Reach.only(tmp_path))
-        remarks = write(source, tmp_path / name, library)
+        remarks = format_of(tmp_path / name).write(source, tmp_path / name, library)
         if lost is None:
             assert remarks == []
         else:
@@ -85,8 +85,9 @@ def round_trip(
     """Function from a document to that which comes back: .mtlx to .usda to .mtlx, each a file."""
 
     def run(source: Imported) -> Imported:
-        write(source, tmp_path / "there.usda", library)
-        materialx.write(stage_of(tmp_path / "there.usda"), tmp_path / "back.mtlx", library)
+        there, back = tmp_path / "there.usda", tmp_path / "back.mtlx"
+        format_of(there).write(source, there, library)
+        DOCUMENT.write(stage_of(there), back, library)
         return imported(tmp_path / "back.mtlx")
 
     return run
