@@ -26,9 +26,14 @@ def console(stream: TextIO | None = None) -> Console:
 
 @contextmanager
 def progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on stderr while it is a terminal, else nothing; yields a function of (finished, all)."""
+    """A progress bar on stderr while it is a terminal, else nothing; yields a function of (finished, all).
+
+    What has progressed has its time limit again, see `supervision`.
+    """
+    from mrm_mtlx.cli.supervision import renew
+
     if not sys.stderr.isatty():
-        yield lambda _finished, _total: None
+        yield lambda _finished, _total: renew()
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -36,4 +41,9 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=None)
-        yield lambda finished, total: bar.update(task, completed=finished, total=total)
+
+        def report(finished: int, total: int) -> None:
+            renew()
+            bar.update(task, completed=finished, total=total)
+
+        yield report

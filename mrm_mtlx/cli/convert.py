@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Roots, refuse_missing_folder
+from mrm_mtlx.cli.options import Roots, Timeout, refuse_missing_folder
+from mrm_mtlx.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from mrm_mtlx.cli.openmaterial import Options
@@ -62,8 +63,10 @@ def convert(
     force: Annotated[
         bool, typer.Option("--force", help="Also replace files beside OUTPUT that are there with other content.")
     ] = False,
+    timeout: Timeout = TIME_LIMIT_S,
 ) -> None:
     """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it."""
+    del timeout  # its option has handed it on
     from mrm_mtlx.cli import openmaterial
 
     if written is not None and output is not None:

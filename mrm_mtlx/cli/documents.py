@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
+from mrm_mtlx.cli import supervision
 from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def open_document(
     from mrm_mtlx.validation.graph_checks import check_graph
     from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 
+    supervision.opening(path)
     if path.is_dir():
         raise typer.BadParameter(f"{path} is a folder; name one document", param_hint="PATH")
     imported = None

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Timeout
+from mrm_mtlx.process_limits import TIME_LIMIT_S
 from mrm_mtlx.text import printable
 
 
@@ -30,8 +31,10 @@ def generate(
     ] = OslModeName.ALIGNED,
     library: Library = Implementation.MRM,
     root: Roots = None,
+    timeout: Timeout = TIME_LIMIT_S,
 ) -> None:
     """Print the generated source of a document's surfaces, or write it to files."""
+    del timeout  # its option has handed it on
     from mrm_mtlx.cli.documents import open_document
     from mrm_mtlx.cli.options import chosen_targets
     from mrm_mtlx.library import Origin, load_library

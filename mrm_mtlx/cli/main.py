@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mrm_mtlx import __version__
+from mrm_mtlx import __version__, process_limits
 from mrm_mtlx.cli import (
     conformance,
     convert,
@@ -20,6 +20,7 @@ from mrm_mtlx.cli import (
     plot,
     render,
     rules,
+    supervision,
     validate,
     vectors,
 )
@@ -69,6 +70,11 @@ def options(
 
 def run() -> None:
     """Entry point. Exit status: 0 clean, 1 findings, 2 usage or internal error, 3 nothing checked, 130 interrupted."""
+    sys.exit(supervision.supervised(_command, _tell))
+
+
+def _command() -> int:
+    """Run the command; its exit status."""
     try:
         status = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):  # the command-line library makes the one of the other
@@ -81,7 +87,27 @@ def run() -> None:
         status = 0
     except Exception as error:
         status = _report(error)
-    sys.exit(status if isinstance(status, int) else 0)
+    return status if isinstance(status, int) else 0
+
+
+def _tell(death: supervision.Death) -> int:
+    """Say what the process of the command died of; the exit status."""
+    cause = process_limits.cause_of_death(death.status)
+    if not death.document:
+        print(f"mrm: internal error: the process died ({cause})", file=sys.stderr)
+        return 2
+    if death.status == -int(process_limits.TIME_IS_UP or 0):
+        _print_finding("CHECK_TIMEOUT", f"{death.document}: not finished within the time limit")
+    else:
+        _print_finding("CHECK_CRASHED", f"{death.document}: the process that worked on it died ({cause})")
+    return 1
+
+
+def _print_finding(code: str, message: str) -> None:
+    from mrm_mtlx.cli.documents import print_findings
+    from mrm_mtlx.validation.findings import finding
+
+    print_findings([finding(code, "", message)])
 
 
 def _report(error: Any) -> int:
@@ -90,6 +116,10 @@ def _report(error: Any) -> int:
         error.message = printable(str(error.message))  # it may name what a document says
         error.show()
         return int(error.exit_code)
+    opened = supervision.opened()
+    if isinstance(error, MemoryError) and opened is not None:
+        _print_finding("CHECK_CRASHED", f"{opened}: {process_limits.memory_reason()}")
+        return 1
     message = text_lines(str(error).strip())[0] or "no message"
     print(printable(f"mrm: internal error: {type(error).__name__}: {message}"), file=sys.stderr)
     return 2

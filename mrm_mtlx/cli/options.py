@@ -8,6 +8,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from mrm_mtlx.cli import supervision
+
 
 class Format(StrEnum):
     """Report formats."""
@@ -81,6 +83,18 @@ Roots: TypeAlias = Annotated[
         help="Files may be read from this folder too, and are looked for in it; repeatable. "
         "Default: only the folder that PATH is or lies in.",
     ),
+]
+
+
+def _limited(seconds: float) -> float:
+    """Hand the limit on to where documents are opened."""
+    supervision.limit(seconds)
+    return seconds
+
+
+Timeout: TypeAlias = Annotated[
+    float,
+    typer.Option("--timeout", min=0.1, callback=_limited, help="Seconds that the document may take."),
 ]
 Library: TypeAlias = Annotated[
     Implementation, typer.Option("--library", help="Whose implementation of the flag: this project's or MaterialX's.")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Output, Roots, TableFormat
+from mrm_mtlx.cli.options import Output, Roots, TableFormat, Timeout
+from mrm_mtlx.process_limits import TIME_LIMIT_S
 from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
@@ -87,11 +88,13 @@ def photometry(
     report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
     output: Output = None,
     root: Roots = None,
+    timeout: Timeout = TIME_LIMIT_S,
 ) -> None:
     """Coefficients of retroreflection of documents, in the geometries of a standard's class, beside its limits.
 
     Without a class: a grid of angles, and no verdict. docs/photometry.md explains quantities and angles.
     """
+    del timeout  # its option has handed it on
     from mrm_mtlx.cli.options import write_report
     from mrm_mtlx.photometry import forms
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mrm_mtlx.cli.options import Roots, refuse_missing_folder
+from mrm_mtlx.cli.options import Roots, Timeout, refuse_missing_folder
+from mrm_mtlx.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -125,11 +126,13 @@ def plot(
         Path | None, typer.Option("--measured", metavar="FILE", help="Measured points of Figure 4, in ALTA's format.")
     ] = None,
     root: Roots = None,
+    timeout: Timeout = TIME_LIMIT_S,
 ) -> None:
     """Plot lobes in the plane of incidence: BRDF against view angle, of a document or of given parameters.
 
     The view angle is positive on the side of the light, where a retroreflective lobe has its peak.
     """
+    del timeout  # its option has handed it on
     lobe = {
         "model": model, "roughness": roughness, "alpha": alpha, "distribution": distribution, "masking": masking,
         "ior": ior, "extinction": extinction,

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, refuse_missing_folder
+from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, Timeout, refuse_missing_folder
+from mrm_mtlx.process_limits import TIME_LIMIT_S
 from mrm_mtlx.text import printable
 
 
@@ -68,8 +69,10 @@ def render(
     ] = OslModeName.ALIGNED,
     library: Library = Implementation.MRM,
     root: Roots = None,
+    timeout: Timeout = TIME_LIMIT_S,
 ) -> None:
     """Render a material on a sphere, plane or cone under a headlight, a light at an angle, and surroundings."""
+    del timeout  # its option has handed it on
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.documents import open_document
     from mrm_mtlx.engines import gl, osl

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Roots, Samples, Seed, Targets
+from mrm_mtlx.process_limits import TIME_LIMIT_S
 from mrm_mtlx.text import printable
 
 if TYPE_CHECKING:
@@ -44,7 +45,10 @@ def validate(
             "--retro-sweep", help="Also switch the flag on in each specular node, one at a time, and compare again."
         ),
     ] = False,
-    timeout: Annotated[float, typer.Option("--timeout", min=0.1, help="Seconds that one document may take.")] = 300.0,
+    timeout: Annotated[
+        float,
+        typer.Option("--timeout", min=0.1, help="Seconds for reading a document, and for each surface on each target."),
+    ] = TIME_LIMIT_S,
     library: Library = Implementation.MRM,
     root: Roots = None,
 ) -> None:

@@ -381,14 +381,16 @@ RULES: dict[str, Rule] = {
             "CHECK_CRASHED",
             _ERROR,
             "check crashed",
-            "The process that checked the document died, or met an internal error. The other documents were checked.",
+            "The process that worked on the document died, used up its memory, or met an internal error. The rest was "
+            "checked.",
             "Please report it with the document; MaterialX or a driver may have died on it.",
         ),
         Rule(
             "CHECK_TIMEOUT",
             _ERROR,
             "check took too long",
-            "The document was not finished within the time limit and was given up.",
+            "Reading the document, or one of its surfaces on one target, was not finished within the time limit and was "
+            "given up.",
             "Raise --timeout, or look for an endless loop in a custom implementation.",
         ),
     )

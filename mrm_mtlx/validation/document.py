@@ -9,22 +9,29 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import renderable_elements
-from mrm_mtlx.validation.element import ElementCheck, sweep_element
+from mrm_mtlx.validation.element import ElementCheck, ElementSweep
 from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.findings import blocks, finding
+from mrm_mtlx.validation.findings import blocks, capped, finding
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.retro_sweep import dissolved
+from mrm_mtlx.validation.steps import READING, Step, Steps
 
 if TYPE_CHECKING:
+    from mrm_mtlx.validation.findings import Finding
     from mrm_mtlx.validation.request import Request
 
 
-def check_document(request: Request) -> DocumentResult:
-    """Read, check, generate, compile, run and compare one document, or a file of another format as one."""
+def check_document(request: Request, steps: Steps | None = None) -> DocumentResult:
+    """Read, check, generate, compile, run and compare one document, or a file of another format as one.
+
+    `steps` are those of a process that may die; by default, an error inside of the check is raised.
+    """
     result = DocumentResult(request.shown)
+    steps = steps or Steps()
+    steps.begin(READING)
     with tempfile.TemporaryDirectory(prefix="mrm-") as scratch:
         try:
             library = load_library(request.origin)
@@ -34,15 +41,16 @@ def check_document(request: Request) -> DocumentResult:
             return result
         request = replace(request, reach=imported.reach)
         read = len(result.findings)
-        _check(request, imported.document, result)
+        _check(request, imported.document, result, steps)
     result.findings[read:] = [in_file(found, imported) for found in result.findings[read:]]
     for renderable in result.renderables:
         path, of, variant = renderable.name.partition(" + ")
         renderable.name = imported.place(path) + of + variant
+    result.findings = capped(result.findings)
     return result
 
 
-def _check(request: Request, document: Any, result: DocumentResult) -> None:
+def _check(request: Request, document: Any, result: DocumentResult, steps: Steps) -> None:
     """Add the findings and results of a document that was read."""
     result.findings += check_graph(document)
     result.findings += check_files(document, request.reach)
@@ -62,19 +70,25 @@ def _check(request: Request, document: Any, result: DocumentResult) -> None:
             skip = TargetResult("read", "skip", "the document has errors")
             renderable.targets = dict.fromkeys(request.targets, skip)
         else:
-            result.findings += ElementCheck(request, element, renderable, flags).run()
+            result.findings += ElementCheck(request, element, renderable, flags, steps).run()
     if request.retro_sweep and not blocked:
-        _sweep(request, document, result)
+        _sweep(request, document, result, steps)
 
 
-def _sweep(request: Request, document: Any, result: DocumentResult) -> None:
+def _sweep(request: Request, document: Any, result: DocumentResult, steps: Steps) -> None:
     """Add the results of each surface with the flag of each of its specular nodes switched on."""
-    try:
-        copy = dissolved(document)
-    except ValueError as error:
-        result.findings.append(finding("SHADER_GENERATE", "", f"the graphs cannot be dissolved: {error}"))
-        return
-    for element in renderable_elements(copy):
-        renderables, findings = sweep_element(request, element)
+
+    def refused(found: Finding) -> None:
+        result.findings.append(found)
+
+    def flatten() -> Any:
+        try:
+            return dissolved(document)
+        except ValueError as error:
+            return refused(finding("SHADER_GENERATE", "", f"the graphs cannot be dissolved: {error}"))
+
+    copy = steps.run(Step("", "flattening"), flatten, refused, kept=False)
+    for element in renderable_elements(copy) if copy is not None else ():
+        renderables, findings = ElementSweep(request, element, steps).run()
         result.renderables += renderables
         result.findings += findings

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.engines import osl
@@ -21,85 +22,115 @@ from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants
+from mrm_mtlx.validation.steps import Step
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from mrm_mtlx.reference import Surface
     from mrm_mtlx.shadergen import Shader
     from mrm_mtlx.validation.findings import Finding
     from mrm_mtlx.validation.request import Request
     from mrm_mtlx.validation.retro_sweep import Variant
+    from mrm_mtlx.validation.steps import Steps
+
+
+# Why a target is not tried, see `Steps.skips`.
+GIVEN_UP = "given up after other parts of the document"
+
+
+@dataclass
+class _Outcome:
+    """What a step of a check gives: a target's result, findings, and the nodes whose flag the code ignores."""
+
+    result: TargetResult
+    findings: list[Finding]
+    image_findings: list[Finding] = field(default_factory=list)
+    ignoring: frozenset[str] = frozenset()
 
 
 class ElementCheck:
-    """The check of one renderable element on all targets."""
+    """The check of one renderable element on all targets, each of which is a step."""
 
-    def __init__(self, request: Request, element: Any, renderable: RenderableResult, flags: list[Any]) -> None:
+    def __init__(
+        self, request: Request, element: Any, renderable: RenderableResult, flags: list[Any], steps: Steps
+    ) -> None:
         self._request = request
         self._element = element
         self._renderable = renderable
         self._flags = flags
+        self._steps = steps
         self._place = location(element)
         self._images = DocumentImages(request.reach, self._place)
         self._library = load_library(request.origin)
+        self._rng = sampling.generator(request.seed, renderable.name)
         self._findings: list[Finding] = []
-        self._ignoring: dict[str, set[str]] = {}
         self._expectation: Expectation
 
     def run(self) -> list[Finding]:
         """Check every target; fill the results, return the findings."""
-        self._prepare_reference()
+        reference, energy = (Step(self._renderable.name, part) for part in ("reference", "energy"))
+        if not self._steps.skips(reference):
+            self._expectation = self._steps.run(reference, self._expect, self._expect, kept=False)
+        if not self._steps.skips(energy):
+            self._findings += self._steps.run(energy, self._check_energy, lambda found: [found])
+        image_findings, ignoring = list(self._images.findings), {}
         for target in self._request.targets:
-            self._renderable.targets[target] = self._check_target(target)
-        if self._ignoring:
-            targets = ", ".join(target for target in self._request.targets if target in self._ignoring)
-            names = ", ".join(sorted(set().union(*self._ignoring.values())))
-            self._report("SHADER_IGNORES_RETRO", f"{targets}: the code does not depend on the flag of {names}")
-        return self._findings + self._images.findings
+            outcome = self._outcome(target)
+            self._renderable.targets[target] = outcome.result
+            self._findings += outcome.findings
+            image_findings += outcome.image_findings
+            if outcome.ignoring:
+                ignoring[target] = outcome.ignoring
+        if ignoring:
+            names = ", ".join(sorted(frozenset().union(*ignoring.values())))
+            message = f"{', '.join(ignoring)}: the code does not depend on the flag of {names}"
+            self._findings.append(finding("SHADER_IGNORES_RETRO", self._place, message))
+        return self._findings + list(dict.fromkeys(image_findings))
 
-    def _report(self, code: str, message: str) -> None:
-        self._findings.append(finding(code, self._place, message))
+    def _expect(self, lost: Finding | None = None) -> Expectation:
+        """The reference; if a process was lost in it, what there is without."""
+        self._findings += [lost] if lost else []
+        reason = f"the reference: {lost.message}" if lost else ""
+        return Expectation(self._element, self._rng, self._request.samples, self._images, reason)
 
-    def _prepare_reference(self) -> None:
-        rng = sampling.generator(self._request.seed, self._renderable.name)
-        self._expectation = Expectation(self._element, rng, self._request.samples, self._images)
-        surface = self._expectation.surface
-        if surface is not None and not surface.is_pattern:
-            self._check_energy(surface, self._expectation.lobes, rng)
-
-    def _check_energy(self, surface: Surface, lobes: list[sampling.LobeShape], rng: np.random.Generator) -> None:
+    def _check_energy(self) -> list[Finding]:
+        surface, lobes = self._expectation.surface, self._expectation.lobes
+        if surface is None or surface.is_pattern:
+            return []
         # Four standard errors: one false alarm in 30,000 view angles at which a surface reflects exactly the bound.
-        gains = [a for a in directional_albedos(surface, lobes, rng) if a.value - 4.0 * a.error > ALBEDO_BOUND]
-        if gains:
-            worst = max(gains, key=lambda a: a.value)
-            steep = any(a.view_deg <= STEEP_DEGREES for a in gains)
-            anisotropic = any(lobe.alpha_x != lobe.alpha_y for lobe in lobes)
-            found = f"albedo {worst.value:.3f} at a view angle of {worst.view_deg:g} degrees"
-            self._report(
-                "ENERGY_ANISOTROPIC" if anisotropic and not steep else "ENERGY_GAIN",
-                f"{found}, expected at most 1 (up to {ALBEDO_BOUND:g} passes)",
-            )
+        albedos = directional_albedos(surface, lobes, self._rng)
+        gains = [a for a in albedos if a.value - 4.0 * a.error > ALBEDO_BOUND]
+        if not gains:
+            return []
+        worst = max(gains, key=lambda a: a.value)
+        steep = any(a.view_deg <= STEEP_DEGREES for a in gains)
+        anisotropic = any(lobe.alpha_x != lobe.alpha_y for lobe in lobes)
+        found = f"albedo {worst.value:.3f} at a view angle of {worst.view_deg:g} degrees"
+        code = "ENERGY_ANISOTROPIC" if anisotropic and not steep else "ENERGY_GAIN"
+        return [finding(code, self._place, f"{found}, expected at most 1 (up to {ALBEDO_BOUND:g} passes)")]
 
-    def _check_target(self, target: str) -> TargetResult:
+    def _outcome(self, target: str) -> _Outcome:
+        """What the check of a target gives, now or in the process before."""
+        step = Step(self._renderable.name, target)
+        if self._steps.skips(step):
+            return _Outcome(TargetResult("read", "skip", GIVEN_UP), [])
+        return self._steps.run(step, lambda: self._check_target(target), _lost)
+
+    def _check_target(self, target: str) -> _Outcome:
+        known = len(self._images.findings)
         try:
             shader = generate(self._element, target, self._library)
         except GenerationError as error:
-            self._report("SHADER_GENERATE", f"{target}: {error}")
-            return TargetResult("generate", "fail")
+            found = finding("SHADER_GENERATE", self._place, f"{target}: {error}")
+            return _Outcome(TargetResult("generate", "fail"), [found])
         # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
         flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
-        ignoring = {str(n.getName()) for n in flags if ignores_flag(shader, n.getName())}
-        if ignoring:
-            self._ignoring[target] = ignoring
+        ignoring = frozenset(str(n.getName()) for n in flags if ignores_flag(shader, n.getName()))
         if target in GL_TARGETS:
             result, findings = check_draws(shader, self._images, {"": (self._expectation, {})}, self._place)[""]
         else:
             result, findings = check_compiles(shader, self._place)
             if target == "osl" and result.status == "pass" and not ignoring:
                 result, findings = self._compare_osl(result)
-        self._findings += findings
-        return result
+        return _Outcome(result, findings, self._images.findings[known:], ignoring)
 
     def _compare_osl(self, compiled: TargetResult) -> tuple[TargetResult, list[Finding]]:
         """The comparison in Cycles; without Cycles, or where there is none, what the compiler said."""
@@ -113,32 +144,64 @@ class ElementCheck:
         return (replace(compiled, reason=found), []) if isinstance(found, str) else judged("osl", found, self._place)
 
 
-def sweep_element(request: Request, element: Any) -> tuple[list[RenderableResult], list[Finding]]:
-    """Check an element of a dissolved copy with the flag of each of its ordinary specular nodes on, one at a time."""
-    found = variants(element)
-    if not found:
-        return [], []
-    place, library = location(element), load_library(request.origin)
-    images = DocumentImages(request.reach, place)
-    results = {v.name: RenderableResult(f"{element.getNamePath()} + retroreflective {v.name}") for v in found}
-    findings: list[Finding] = []
-    targets = [target for target in request.targets if target in GL_TARGETS]
-    try:
-        shaders = {target: generate(element, target, library) for target in targets}
-    except GenerationError as error:
-        return [], [finding("SHADER_GENERATE", place, f"with the flag of {found[0].name}: {error}")]
-    expectations = {}
-    for variant in found:
-        rng = sampling.generator(request.seed, f"{element.getNamePath()} {variant.name}")
-        copy = variant.switched()
-        swept = copy.getDescendant(element.getNamePath())
-        expectations[variant.name] = Expectation(swept, rng, request.samples, images)
-    for target, shader in shaders.items():
-        switched = {v.name: (expectations[v.name], _flag(v, shader)) for v in found}
-        for name, (result, why) in check_draws(shader, images, switched, place).items():
-            results[name].targets[target] = result
-            findings += [replace(f, message=f"with the flag of {name} on: {f.message}") for f in why]
-    return list(results.values()), findings  # what is wrong with images is told where the element itself is checked
+def _lost(found: Finding) -> _Outcome:
+    """What stands for a target in whose check a process was lost."""
+    return _Outcome(TargetResult("generate", "fail"), [found])
+
+
+class ElementSweep:
+    """The check of an element of a flattened copy with the flag of each of its ordinary specular nodes on in turn."""
+
+    def __init__(self, request: Request, element: Any, steps: Steps) -> None:
+        self._request = request
+        self._element = element
+        self._steps = steps
+        self._name = str(element.getNamePath())
+        self._place = location(element)
+        self._images = DocumentImages(request.reach, self._place)
+        self._variants = variants(element)
+
+    def run(self) -> tuple[list[RenderableResult], list[Finding]]:
+        """Results of a renderable per node, and findings; those on images are told where the element is checked."""
+        names = [v.name for v in self._variants]
+        results = {name: RenderableResult(f"{self._name} + retroreflective {name}") for name in names}
+        findings: list[Finding] = []
+        for target in (t for t in self._request.targets if t in GL_TARGETS and results):
+            step = Step(self._name, f"{target}, with the flag of each node on")
+            if self._steps.skips(step):
+                continue
+            outcomes = self._steps.run(step, partial(self._check, target), self._lost)
+            for name, outcome in outcomes.items():
+                results[name].targets[target] = outcome.result
+                findings += outcome.findings
+        return list(results.values()), list(dict.fromkeys(findings))
+
+    def _check(self, target: str) -> dict[str, _Outcome]:
+        try:
+            shader = generate(self._element, target, load_library(self._request.origin))
+        except GenerationError as error:
+            message = f"with the flag of {self._variants[0].name}: {error}"
+            return self._lost(finding("SHADER_GENERATE", self._place, message))
+        switched = {v.name: (self._expectations[v.name], _flag(v, shader)) for v in self._variants}
+        outcomes = {}
+        for name, (result, found) in check_draws(shader, self._images, switched, self._place).items():
+            told = [replace(f, message=f"with the flag of {name} on: {f.message}") for f in found]
+            outcomes[name] = _Outcome(result, told)
+        return outcomes
+
+    def _lost(self, found: Finding) -> dict[str, _Outcome]:
+        return {v.name: _Outcome(TargetResult("generate", "fail"), [found]) for v in self._variants}
+
+    @cached_property
+    def _expectations(self) -> dict[str, Expectation]:
+        """The reference of each variant."""
+        expectations = {}
+        for variant in self._variants:
+            rng = sampling.generator(self._request.seed, f"{self._name} {variant.name}")
+            copy = variant.switched()  # an element does not keep its document alive
+            swept = copy.getDescendant(self._name)
+            expectations[variant.name] = Expectation(swept, rng, self._request.samples, self._images)
+        return expectations
 
 
 def _flag(variant: Variant, shader: Shader) -> dict[str, Any]:

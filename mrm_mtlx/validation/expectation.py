@@ -67,6 +67,8 @@ class Expectation:
         Where the samples come from, and their number under the light.
     images
         As `Surface`.
+    reason
+        Why no reference is to be made, if so.
 
     Attributes
     ----------
@@ -77,22 +79,19 @@ class Expectation:
     """
 
     def __init__(
-        self, element: Any, rng: np.random.Generator, samples: int, images: Callable[[str], NDArray[np.floating] | None]
+        self,
+        element: Any,
+        rng: np.random.Generator,
+        samples: int,
+        images: Callable[[str], NDArray[np.floating] | None],
+        reason: str = "",
     ) -> None:
-        self.reason = ""
+        self.reason = reason
         self.surface: Surface | None = None
         self.lobes: list[sampling.LobeShape] = []
         self._element, self._images = element, images
         self._met: set[Deviation] = set()
-        kinds: Mapping[str, str] = {}
-        try:
-            surface = Surface(element, images=images)
-            traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
-        except (UnsupportedError, RecursionError) as error:
-            self.reason = str(error)
-        else:
-            self.surface, kinds = surface, traits.properties
-            self.lobes = [shape_of(facets) for facets in traits.lobes]
+        kinds = {} if reason else self._prepare(rng)
         # The peak of a lobe that float32 cannot hold is not looked for; LOBE_TOO_NARROW says so.
         sharp = [lobe for lobe in self.lobes if min(lobe.alpha_x, lobe.alpha_y) >= NARROWEST_ALPHA]
         v, l = sampling.sample_local(rng, samples, sharp)
@@ -100,6 +99,18 @@ class Expectation:
         lit = sampling.shading_points(rng, v, l, sampling.geometric_properties(rng, kinds, samples))
         self._points = lit, lit.part(slice(0, -(-samples // _DIRECTIONS)))
         self._tolerances: dict[frozenset[Deviation], list[Tolerance]] = {}
+
+    def _prepare(self, rng: np.random.Generator) -> Mapping[str, str]:
+        """Make the reference, or find the reason why there is none; the geometric properties that it asks for."""
+        try:
+            surface = Surface(self._element, images=self._images)
+            traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
+        except (UnsupportedError, RecursionError) as error:
+            self.reason = str(error)
+            return {}
+        self.surface = surface
+        self.lobes = [shape_of(facets) for facets in traits.lobes]
+        return traits.properties
 
     def draw(
         self, program: SurfaceProgram, uniforms: Mapping[str, Any] | None = None

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# Findings of one rule that are told of one document, one by one: nobody reads more, and a report has to be opened.
+MAXIMUM_OF_A_RULE = 100
 
 
 class Severity(StrEnum):
@@ -79,3 +87,18 @@ def finding(code: str, location: str, message: str, hint: str = "") -> Finding:
 
     rule = RULES[code]
     return Finding(code, rule.severity, location, message, hint or rule.remedy)
+
+
+def capped(findings: Iterable[Finding]) -> list[Finding]:
+    """The first `MAXIMUM_OF_A_RULE` findings of each rule, and at the end how many more there are."""
+    kept: list[Finding] = []
+    number: Counter[str] = Counter()
+    for found in findings:
+        number[found.code] += 1
+        if number[found.code] <= MAXIMUM_OF_A_RULE:
+            kept.append(found)
+    for code, count in number.items():
+        if count > MAXIMUM_OF_A_RULE:
+            more = f"{count - MAXIMUM_OF_A_RULE} more findings of {code}; the first {MAXIMUM_OF_A_RULE} are listed"
+            kept.append(finding(code, "", more))
+    return kept

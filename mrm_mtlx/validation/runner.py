@@ -8,18 +8,20 @@ import os
 import shutil
 import signal
 import tempfile
+from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx import __version__
+from mrm_mtlx import __version__, process_limits
 from mrm_mtlx.interchange.formats import SUFFIXES
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.request import Request
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
+from mrm_mtlx.validation.steps import READING, Steps, add_lost, error_reason, lost_finding, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -35,8 +37,9 @@ _RESTART_S = 60.0
 class Settings:
     """How to check; see `request.Request`.
 
-    `timeout_s` is per document, `jobs` the number of processes, 0 for one per processor; `roots` are folders from which
-    files may be read beside the one that is checked, and in which they are looked for.
+    `timeout_s` is what reading a document may take, and then each of its surfaces on each target; `jobs` the number of
+    processes, 0 for one per processor; `roots` are folders from which files may be read beside the one that is checked,
+    and in which they are looked for.
     """
 
     targets: tuple[str, ...]
@@ -193,27 +196,33 @@ def _run(
 
     if not requests:
         return []
-    results = []
-    # Spawned, not forked: a fork would share the parent's OpenGL driver and threads.
+    results: list[DocumentResult] = []
     # Files that a worker unpacks lie in here, so that one that dies leaves nothing behind.
     scratch = tempfile.mkdtemp(prefix="mrm-")
+    # Spawned, not forked: a fork would share the parent's OpenGL driver and threads.
+    workers = _workers(settings.jobs, len(requests))
+    context = multiprocessing.get_context("spawn")
+    up = context.Semaphore(0)
     pool = pebble.ProcessPool(
-        max_workers=_workers(settings.jobs, len(requests)),
-        context=multiprocessing.get_context("spawn"),
-        initializer=_prepare,
-        initargs=(scratch,),
+        max_workers=workers, context=context, initializer=_prepare, initargs=(scratch, os.getpid(), up)
     )
+    tasks = [_Task(request, Path(scratch) / f"{n}.steps", settings.timeout_s) for n, request in enumerate(requests)]
     try:
         with _interrupts_held():  # the pool's threads and processes start here, and inherit it
-            futures = [pool.submit(_check, settings.timeout_s, request) for request in requests]
-        for count, (request, future) in enumerate(zip(requests, futures, strict=True), start=1):
-            results.append(_result(request, future, settings))
-            if progress:
-                progress(count, len(requests))
-        if any(f.code in ("CHECK_TIMEOUT", "CHECK_CRASHED") for result in results for f in result.findings):
-            # A worker is being started in the place of the lost one; closing before it is up would break its start.
-            with contextlib.suppress(Exception):
-                pool.submit(os.getpid, _RESTART_S).result()
+            waiting = {task.start(pool): task for task in tasks}
+        while waiting:
+            done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in done:
+                task = waiting.pop(future)
+                workers += task.lost_its_process(future)
+                result = task.result(future)
+                if result is None:
+                    waiting[task.start(pool)] = task
+                    continue
+                results.append(result)
+                if progress:
+                    progress(len(results), len(requests))
+        _await_workers(up, workers)
         pool.close()
     except BaseException:
         pool.stop()
@@ -222,6 +231,63 @@ def _run(
         pool.join()
         shutil.rmtree(scratch, ignore_errors=True)
     return results
+
+
+def _await_workers(up: Any, number: int) -> None:
+    """Wait until as many workers as were started are up: one is being started in the place of each that was lost.
+
+    To close the pool before would break their start, with a traceback on the user's terminal.
+    """
+    for _ in range(number):
+        if not up.acquire(timeout=_RESTART_S):
+            return
+
+
+@dataclass(frozen=True)
+class _Task:
+    """The check of one document, in as many processes as die in it; `record` is the file of its steps."""
+
+    request: Request
+    record: Path
+    limit_s: float
+
+    def start(self, pool: Any) -> Future[DocumentResult]:
+        """Have it done, or gone on with, by a worker."""
+        # Where a process cannot limit its own time, a document has the time of a step.
+        limit = None if process_limits.can_limit_time() else self.limit_s
+        future: Future[DocumentResult] = pool.submit(_check, limit, self.request, self.record, self.limit_s)
+        return future
+
+    def lost_its_process(self, future: Future[DocumentResult]) -> bool:
+        """Whether the worker died, or was ended."""
+        import pebble
+
+        return isinstance(future.exception(), TimeoutError | pebble.ProcessExpired)
+
+    def result(self, future: Future[DocumentResult]) -> DocumentResult | None:
+        """The result; None if the process died and another can go on behind the step in which it did."""
+        import pebble
+
+        try:
+            return future.result()
+        except TimeoutError:
+            found = self._lost(-int(process_limits.TIME_IS_UP or 0), timed_out=True)
+        except pebble.ProcessExpired as error:
+            found = self._lost(error.exitcode, timed_out=error.exitcode == -int(process_limits.TIME_IS_UP or 0))
+        except Exception as error:
+            found = finding("CHECK_CRASHED", "", error_reason(error))
+        return DocumentResult(self.request.shown, [found]) if found else None
+
+    def _lost(self, status: int, *, timed_out: bool) -> Finding | None:
+        """Note in which step a process died; the finding, if that step was all of the document."""
+        cause = f"the process that checked it died ({process_limits.cause_of_death(status)})"
+        reason = f"not finished within {self.limit_s:g} s" if timed_out else cause
+        step = read_record(self.record).begun or READING
+        if step != READING:
+            with contextlib.suppress(OSError):
+                add_lost(self.record, step, reason, timed_out=timed_out)
+                return None
+        return lost_finding(step, reason, timed_out=timed_out)
 
 
 def _workers(jobs: int, documents: int) -> int:
@@ -233,26 +299,15 @@ def _workers(jobs: int, documents: int) -> int:
     return max(min(jobs, documents), 1)
 
 
-def _check(request: Request) -> DocumentResult:
+def _check(request: Request, record: Path, limit_s: float) -> DocumentResult:
     """The check in a worker: what it imports would be imported in vain in the process that waits for it."""
     from mrm_mtlx.validation.document import check_document
 
-    return check_document(request)
-
-
-def _result(request: Request, future: Future[DocumentResult], settings: Settings) -> DocumentResult:
-    import pebble
-
+    process_limits.limit_time(limit_s)
     try:
-        return future.result()
-    except TimeoutError:
-        message = f"not finished within {settings.timeout_s:g} s"
-        found = finding("CHECK_TIMEOUT", "", message)
-    except pebble.ProcessExpired as error:
-        found = finding("CHECK_CRASHED", "", f"the process that checked it died with exit status {error.exitcode}")
-    except Exception as error:
-        found = finding("CHECK_CRASHED", "", f"internal error: {type(error).__name__}: {error}")
-    return DocumentResult(request.shown, [found])
+        return check_document(request, Steps(record, limit_s))
+    finally:
+        process_limits.limit_time(0.0)
 
 
 @contextlib.contextmanager
@@ -269,8 +324,14 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _prepare(scratch: str) -> None:
-    """Workers return their results; what C++ libraries print meanwhile is noise on the user's terminal."""
+def _prepare(scratch: str, parent: int, up: Any) -> None:
+    """Bind a worker to its limits, and say that it is up.
+
+    Workers return their results; what C++ libraries print meanwhile is noise on the user's terminal.
+    """
+    up.release()
+    process_limits.die_with(parent)
+    process_limits.limit_memory()
     tempfile.tempdir = scratch
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)

@@ -8,9 +8,10 @@ import pytest
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
-from mrm_mtlx.validation.element import sweep_element
+from mrm_mtlx.validation.element import ElementSweep
 from mrm_mtlx.validation.request import Request
 from mrm_mtlx.validation.retro_sweep import dissolved, variants
+from mrm_mtlx.validation.steps import Steps
 
 COATED = """
   <nodegraph name="g">
@@ -88,7 +89,7 @@ def test_the_nodes_inside_a_surface_model_are_found_and_the_document_stays_as_it
 def test_every_variant_compares_and_shows_the_flag(gl, make_document, request_for, text):
     copy = dissolved(make_document(text))
     expected = names(copy)
-    results, findings = sweep_element(request_for, renderable_elements(copy)[0])
+    results, findings = ElementSweep(request_for, renderable_elements(copy)[0], Steps()).run()
     assert findings == []
     assert [r.name for r in results] == [f"m + retroreflective {name}" for name in expected]
     assert all(list(r.targets) == ["glsl"] and r.targets["glsl"].status == "pass" for r in results)
@@ -112,7 +113,7 @@ def test_an_error_that_shows_with_the_flag_alone_is_seen(
     wrong, _ = changed_library("genglsl/lib/mrm_retroreflection.glsl", old, new)
     monkeypatch.setattr(element_module, "load_library", lambda _origin: wrong)
     copy = dissolved(make_document(MODEL, wrong))
-    results, findings = sweep_element(request_for, renderable_elements(copy)[0])
+    results, findings = ElementSweep(request_for, renderable_elements(copy)[0], Steps()).run()
     failed = [r.name.split()[-1] for r in results if r.targets["glsl"].status == "fail"]
     assert "coat_bsdf" in failed
     assert "specular_bsdf" in failed

@@ -80,10 +80,11 @@ def send(stream, plain):
 
 
 def versions():
-    """Versions of Blender and of its OSL."""
+    """Versions of Blender and of its OSL, and the id of this process."""
     import _cycles
 
-    return {"blender": bpy.app.version_string, "osl": str(_cycles.osl_version_string), "with_osl": _cycles.with_osl}
+    osl = {"osl": str(_cycles.osl_version_string), "with_osl": _cycles.with_osl}
+    return {"blender": bpy.app.version_string, **osl, "pid": os.getpid()}
 
 
 def compile_shader(source, target):

@@ -41,6 +41,7 @@ REQUIREMENT = "bpy==5.0.*"
 PYTHON = (3, 11)
 
 SERVER = Path(__file__).with_name("cycles_server.py")
+KEEPER = Path(__file__).with_name("keeper.py")
 
 # Seconds in which a process that says no more must end.
 _LAST_WORDS_S = 10.0
@@ -74,12 +75,13 @@ class CyclesProcess:
         try:
             with (self.folder / "start.log").open("wb") as start:
                 self._process = subprocess.Popen(
-                    [interpreter, "-I", str(SERVER), str(log)],
+                    _command(interpreter, self._folder, log),
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=start,
                     cwd=self.folder,
                     env={**os.environ, "TMPDIR": self._folder},  # Blender makes a folder of its own there
+                    start_new_session=True,  # so that keeper and server can be ended together
                 )
         except OSError as error:
             shutil.rmtree(self._folder, ignore_errors=True)
@@ -119,7 +121,7 @@ class CyclesProcess:
 
         def give_up() -> None:
             late.set()
-            self._process.kill()
+            self._kill()
 
         timer = threading.Timer(timeout_s, give_up)
         timer.start()
@@ -127,7 +129,7 @@ class CyclesProcess:
             answer = self._exchange(operation, dict(arrays or {}), plain)
         except BaseException:
             # Whatever came between request and answer, an interrupt included: the two no longer match.
-            self._process.kill()
+            self._kill()
             self._process.wait()
             raise
         finally:
@@ -151,7 +153,7 @@ class CyclesProcess:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LAST_WORDS_S)
         if self.alive:
-            self._process.kill()
+            self._kill()
             self._process.wait()
         stdout.close()
         shutil.rmtree(self._folder, ignore_errors=True)
@@ -163,6 +165,14 @@ class CyclesProcess:
     def __exit__(self, *_: object) -> None:
         """Close it."""
         self.close()
+
+    def _kill(self) -> None:
+        """End the server, and its keeper with it."""
+        if hasattr(os, "killpg"):
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+        else:
+            self._process.kill()
 
     def _exchange(
         self, operation: str, arrays: dict[str, NDArray[Any]], plain: dict[str, Any]
@@ -193,7 +203,7 @@ class CyclesProcess:
         try:
             status = self._process.wait(_LAST_WORDS_S)
         except subprocess.TimeoutExpired:  # it has closed its end and lives on
-            self._process.kill()
+            self._kill()
             status = self._process.wait()
         cause = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
         words = ""
@@ -202,6 +212,12 @@ class CyclesProcess:
             text = path.read_text(encoding="utf-8", errors="replace").strip() if path.is_file() else ""
             words = text_lines(text)[-1] if text else words
         return f"the OSL runtime ended with {cause} in '{operation}'" + (f": {words}" if words else "")
+
+
+def _command(interpreter: str, folder: str, log: Path) -> list[str]:
+    """What starts the server, through its keeper where processes know who started them."""
+    server = [interpreter, "-I", str(SERVER), str(log)]
+    return [sys.executable, "-I", str(KEEPER), str(os.getpid()), folder, *server] if os.name == "posix" else server
 
 
 def interpreter() -> str | None:
@@ -220,13 +236,21 @@ def availability() -> Availability:
     if chosen is None:
         return Availability(False, _why_not(), _remedy())
     try:
-        versions = runtime().versions
+        versions = _started().versions
     except (RuntimeFailure, OSError) as error:
         return Availability(False, f"bpy does not run: {error}", _remedy())
     if not versions["with_osl"]:
         return Availability(False, f"{chosen}: its Cycles is built without OSL", _remedy())
     osl = ".".join(re.findall(r"\d+", versions["osl"]))
     return Availability(True, f"Cycles {versions['blender']}, OSL {osl}")
+
+
+def _started() -> CyclesProcess:
+    """The runtime, tried twice: what ends it once as it starts is no reason to do without it for good."""
+    try:
+        return runtime()
+    except RuntimeFailure:
+        return runtime()
 
 
 _RUNNING: list[CyclesProcess] = []
