@@ -51,7 +51,7 @@ def open_document(
     from mrm_mtlx.library.files import Reach
     from mrm_mtlx.shadergen import renderable_elements
     from mrm_mtlx.validation.file_checks import check_files
-    from mrm_mtlx.validation.findings import blocks, finding
+    from mrm_mtlx.validation.findings import blocks, capped, finding
     from mrm_mtlx.validation.graph_checks import check_graph
     from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 
@@ -70,7 +70,7 @@ def open_document(
         except ReadError as error:
             findings = [error.finding]
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
-    print_findings([found for found in findings if not found.code.startswith("USD_VALIDATOR")])
+    print_findings(capped(found for found in findings if not found.code.startswith("USD_VALIDATOR")))
     if imported is None or any(blocks(f) for f in findings):
         raise typer.Exit(1)
     elements = renderable_elements(imported.document)

@@ -389,8 +389,8 @@ RULES: dict[str, Rule] = {
             "CHECK_TIMEOUT",
             _ERROR,
             "check took too long",
-            "Reading the document, or one of its surfaces on one target, was not finished within the time limit and was "
-            "given up.",
+            "Reading the document, or one of its surfaces on one target, was not finished within the time limit and "
+            "was given up.",
             "Raise --timeout, or look for an endless loop in a custom implementation.",
         ),
     )
