@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 # Findings of one rule that are told of one document, one by one: nobody reads more, and a report has to be opened.
 MAXIMUM_OF_A_RULE = 100
+# Characters of a finding's place and message: names and values in a document can have millions.
+LONGEST_TEXT = 4000
 
 
 class Severity(StrEnum):
@@ -86,7 +88,13 @@ def finding(code: str, location: str, message: str, hint: str = "") -> Finding:
     from mrm_mtlx.validation.catalogue import RULES
 
     rule = RULES[code]
-    return Finding(code, rule.severity, location, message, hint or rule.remedy)
+    return Finding(code, rule.severity, *(_shortened(text) for text in (location, message, hint or rule.remedy)))
+
+
+def _shortened(text: str) -> str:
+    """A text of at most `LONGEST_TEXT` characters; of a longer one, the middle is left out."""
+    half = LONGEST_TEXT // 2
+    return text if len(text) <= LONGEST_TEXT else f"{text[:half]} [...] {text[-half:]}"
 
 
 def capped(findings: Iterable[Finding]) -> list[Finding]:

@@ -10,7 +10,7 @@ from mrm_mtlx.text import text_lines
 from mrm_mtlx.validation.checks.color_spaces import check_color_spaces
 from mrm_mtlx.validation.checks.connections import check_connection, check_graph_output
 from mrm_mtlx.validation.checks.cycles import check_cycles
-from mrm_mtlx.validation.checks.nodes import check_node
+from mrm_mtlx.validation.checks.nodes import Spelling, check_node
 from mrm_mtlx.validation.checks.values import check_form
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
@@ -39,8 +39,9 @@ def check_graph(document: mx.Document) -> list[Finding]:
     findings = list(check_cycles(document))
     if findings:
         return findings  # whatever follows connections must not run on these
+    spelling = Spelling(document)
     for element in document.traverseTree():
-        findings += _check_element(element)
+        findings += _check_element(element, spelling)
     findings += check_color_spaces(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
@@ -50,9 +51,9 @@ def check_graph(document: mx.Document) -> list[Finding]:
     return findings
 
 
-def _check_element(element: Any) -> Iterator[Finding]:
+def _check_element(element: Any, spelling: Spelling) -> Iterator[Finding]:
     if element.isA(mx.Node):
-        yield from check_node(element)
+        yield from check_node(element, spelling)
     if element.isA(mx.TypedElement):
         yield from check_form(element)
     if element.isA(mx.PortElement):

@@ -157,3 +157,14 @@ def test_a_surface_that_kills_its_process_loses_one_target_and_nothing_else(gl, 
     crashed = report["findings"][1]
     assert crashed["location"] == "/material"
     assert crashed["message"].startswith("glsl: the process that checked it died (")
+
+
+def test_a_hundred_thousand_mistakes_of_one_kind_are_counted_and_not_listed(tmp_path):
+    nodes = "".join(f'<nothing{n} name="n{n}" type="float"/>' for n in range(100_000))
+    (tmp_path / "x.mtlx").write_text(f'<?xml version="1.0"?><materialx version="1.39">{nodes}</materialx>')
+    command = [*COMMAND, "validate", "x.mtlx", "--target", "mdl", "--format", "json"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    (report,) = json.loads(done.stdout)["documents"]
+    unknown = [f for f in report["findings"] if f["code"] == "DOC_UNKNOWN_NODE"]
+    assert len(unknown) == 101
+    assert unknown[-1]["message"] == "99900 more findings of DOC_UNKNOWN_NODE; the first 100 are listed"

@@ -102,3 +102,10 @@ def test_a_rule_is_told_a_hundred_times_and_the_rest_is_counted():
     found = capped([*unknown, *twice])
     assert found[:-1] == [*unknown[:MAXIMUM_OF_A_RULE], *twice]
     assert said(found[-1]) == "DOC_UNKNOWN_NODE  3 more findings of DOC_UNKNOWN_NODE; the first 100 are listed"
+
+
+def test_of_a_text_of_millions_both_ends_are_told():
+    found = finding("DOC_UNKNOWN_NODE", "/" + "a" * 5_000_000, "there is no node 'b'")
+    assert len(found.location) < 5000
+    assert found.location.startswith("/aaa")
+    assert " [...] " in found.location

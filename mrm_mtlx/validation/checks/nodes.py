@@ -3,44 +3,74 @@
 from __future__ import annotations
 
 import difflib
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.checks.connections import check_uniform
 from mrm_mtlx.validation.checks.elements import library_of, location
 from mrm_mtlx.validation.checks.values import check_value
-from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.validation.findings import MAXIMUM_OF_A_RULE, Finding, finding
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
 
-def check_node(node: Any) -> Iterator[Finding]:
+class Spelling:
+    """Which of the names that there are a wrong one in a document may have meant, of as many as are told of it.
+
+    To look for one takes a thousandth of a second; documents can have a hundred thousand.
+    """
+
+    def __init__(self, document: Any) -> None:
+        self._document = document
+        self._asked = 0
+
+    def of_node(self, category: str) -> str:
+        """As `of` for the category of a node, or the name of a definition, as USD's shaders have."""
+        return self.of(category, self._definitions if category.startswith("ND_") else self._nodes)
+
+    def of(self, name: str, known: Sequence[str]) -> str:
+        """What is said after a wrong name: "; did you mean 'x'?", or "" if none is near, or enough was said."""
+        self._asked += 1
+        near = difflib.get_close_matches(name[:_LONGEST], known, 1) if self._asked <= MAXIMUM_OF_A_RULE else []
+        return f"; did you mean '{near[0]}'?" if near else ""
+
+    @cached_property
+    def _nodes(self) -> list[str]:
+        documents = (self._document, library_of(self._document))
+        return sorted({d.getNodeString() for document in documents for d in document.getNodeDefs()})
+
+    @cached_property
+    def _definitions(self) -> list[str]:
+        return sorted(d.getName() for d in library_of(self._document).getNodeDefs())
+
+
+# Longer than any name that is near to one of MaterialX's.
+_LONGEST = 64
+
+
+def check_node(node: Any, spelling: Spelling) -> Iterator[Finding]:
     """Whether the node is defined, and its inputs with it."""
     definition = node.getNodeDef()
     if definition is None:
-        yield from _undefined(node)
+        yield from _undefined(node, spelling)
         return
     for given in node.getInputs():
         declared = definition.getActiveInput(given.getName())
         if declared is None:  # of the definition that the node names
-            yield _unknown_input(given, node, [definition])
+            yield _unknown_input(given, node, [definition], spelling)
         else:
             yield from check_value(given, declared)
             yield from check_uniform(given, declared)
 
 
-def _undefined(node: Any) -> Iterator[Finding]:
+def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
     """Why a node has no definition: no such category, an unknown input, a wrong type."""
     category = node.getCategory()
     definitions = node.getDocument().getMatchingNodeDefs(category)
     if not definitions:
-        known = {d.getNodeString() for d in node.getDocument().getNodeDefs()}
-        known |= {d.getNodeString() for d in library_of(node).getNodeDefs()}
-        if category.startswith("ND_"):  # the name of a definition, as USD's shaders have
-            known = {d.getName() for d in library_of(node).getNodeDefs()}
-        near = difflib.get_close_matches(category, sorted(known), 1)
-        message = f"there is no node '{category}'" + (f"; did you mean '{near[0]}'?" if near else "")
+        message = f"there is no node '{category}'{spelling.of_node(category)}"
         yield finding("DOC_UNKNOWN_NODE", location(node), message)
         return
     fitting = [d for d in definitions if d.getType() == node.getType()]
@@ -62,7 +92,7 @@ def _undefined(node: Any) -> Iterator[Finding]:
         declared = [d.getActiveInput(name) for d in fitting if d.getActiveInput(name) is not None]
         if not declared:
             explained = True
-            yield _unknown_input(given, node, fitting)
+            yield _unknown_input(given, node, fitting, spelling)
         elif given.getType() not in {d.getType() for d in declared}:
             explained = True
             types = " or ".join(sorted({d.getType() for d in declared}))
@@ -73,12 +103,11 @@ def _undefined(node: Any) -> Iterator[Finding]:
         yield finding("DOC_UNKNOWN_NODE", location(node), message)
 
 
-def _unknown_input(given: Any, node: Any, definitions: list[Any]) -> Finding:
+def _unknown_input(given: Any, node: Any, definitions: list[Any], spelling: Spelling) -> Finding:
     name, category = given.getName(), node.getCategory()
     if name in (FLAG, *amounts_of(category)):
         message = f"'{category}' has no input '{name}'"
         return finding("RETRO_UNDEFINED", location(given), message)
     inputs = list(dict.fromkeys(i.getName() for d in definitions for i in d.getActiveInputs()))
-    near = difflib.get_close_matches(name, inputs, 1)
-    message = f"'{category}' has no input '{name}'" + (f"; did you mean '{near[0]}'?" if near else "")
+    message = f"'{category}' has no input '{name}'{spelling.of(name, inputs)}"
     return finding("DOC_UNKNOWN_INPUT", location(given), message, f"Its inputs are {', '.join(inputs)}.")
