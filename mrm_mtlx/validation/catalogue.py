@@ -263,6 +263,15 @@ RULES: dict[str, Rule] = {
             "Do what the message says; a stage wants defaultPrim, metersPerUnit and upAxis.",
         ),
         Rule(
+            "USD_MISSING",
+            _ERROR,
+            "a layer of a stage does not exist",
+            "A sublayer, reference or payload of the stage names a file that is not there. The stage is read without "
+            "it. Materials that refer to it, or of which a prim around or in them does, are not checked; all others "
+            "are.",
+            "Correct the name, or put the file where the name leads; other places are not searched.",
+        ),
+        Rule(
             "USD_VALIDATOR_WARNING",
             _WARNING,
             "a warning by USD's own validators",

@@ -1,8 +1,10 @@
 """USD: materials of a stage as a document, and a document's materials as a stage.
 
 * `reading`: a stage's materials, in all variants, over `network` (one material), `prims` and `assets` (files).
-* `opening`: safe opening of files that nobody vouches for, over `weighing` (how large the stage will be).
-* `validators`: what USD's own validators say.
+* `opening`: safe opening of files that nobody vouches for, over `layers` (one file), `packages`, `crates` (what one
+  claims to hold, over `crate_values` and `crate_packing`), `weighing` (how large the stage will be) and `standins` (what
+  is not opened).
+* `validators`: what USD's own validators say; `texts`: what USD says, as it is shown.
 * `writing`: a document's materials as prims, over `scope` (what is beside each other); `saving`: their file.
 * `values`: types, values and colour spaces.
 """

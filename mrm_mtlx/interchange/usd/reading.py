@@ -10,8 +10,9 @@ from pxr import Sdf, Tf, Usd, UsdShade
 from mrm_mtlx.interchange.imported import Imported, Remark, UnreadableError
 from mrm_mtlx.interchange.usd.assets import Assets
 from mrm_mtlx.interchange.usd.network import Network, Translation
-from mrm_mtlx.interchange.usd.opening import open_stage, said
+from mrm_mtlx.interchange.usd.opening import open_stage
 from mrm_mtlx.interchange.usd.prims import terminals
+from mrm_mtlx.interchange.usd.texts import said
 from mrm_mtlx.interchange.usd.validators import validator_remarks
 from mrm_mtlx.interchange.usd.values import color_space
 from mrm_mtlx.library.console import silenced
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from mrm_mtlx.interchange.usd.opening import Stage
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
 
@@ -39,15 +41,16 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Impor
 
 
 def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
-    stage, remarks = open_stage(path, reach)
-    assets = Assets(path, reach, scratch)
+    opened = open_stage(path, reach, scratch)
+    stage, remarks = opened.stage, opened.remarks
+    assets = Assets(opened)
     translation = Translation(_document(stage, library), library, assets.name)
-    known = _translate_all(stage, translation)
+    known = _translate_all(opened, translation)
     remarks += _circles(stage)
     with silenced():  # USD prints what it cannot compose, which is said here
-        _translate_variants(stage, translation, known)
-    remarks += translation.remarks + assets.remarks
-    remarks += validator_remarks(stage, library, assets.seen)
+        _translate_variants(opened, translation, known)
+    remarks += translation.remarks
+    remarks += validator_remarks(stage, library, opened.problems(assets.seen))
     return Imported(
         translation.document,
         translation.places,
@@ -82,20 +85,31 @@ def _materials(stage: Usd.Stage, below: Usd.Prim | None = None) -> Iterator[UsdS
                 yield material
 
 
-def _translate_all(stage: Usd.Stage, translation: Translation) -> dict[Sdf.Path, str]:
+def _translate_all(opened: Stage, translation: Translation) -> dict[Sdf.Path, str]:
     """Translate the materials as they are; return what each is made of, by path, where a variant may change it."""
-    changing = _prims_with_variants(stage)
+    changing = _prims_with_variants(opened.stage)
     known = {}
-    for material in _materials(stage):
-        Network(translation, material).translate()
+    for material in _materials(opened.stage):
         path = material.GetPath()
+        if not _lacks(opened, material, translation, str(path)):
+            Network(translation, material).translate()
         if any(path.HasPrefix(prim) for prim in changing):
             known[path] = _made_of(material, translation)
     return known
 
 
-def _translate_variants(stage: Usd.Stage, translation: Translation, known: dict[Sdf.Path, str]) -> None:
+def _lacks(opened: Stage, material: UsdShade.Material, translation: Translation, place: str) -> bool:
+    """Whether a material depends on a layer that is missing; it is said, and what is there of it is not checked."""
+    name = opened.lacking(material.GetPrim())
+    if name:
+        message = f"the material depends on the file '{name}', which does not exist; it is not checked"
+        translation.remarks.append(Remark("USD_MISSING", place, message))
+    return bool(name)
+
+
+def _translate_variants(opened: Stage, translation: Translation, known: dict[Sdf.Path, str]) -> None:
     """Translate what each variant makes that is not there without it, one variant at a time."""
+    stage = opened.stage
     stage.SetEditTarget(stage.GetSessionLayer())
     before = {str(error.rootSite.path) for error in stage.GetCompositionErrors()}
     for count, (path, variants, variant) in enumerate(_other_variants(stage)):
@@ -105,7 +119,7 @@ def _translate_variants(stage: Usd.Stage, translation: Translation, known: dict[
             return
         selection = f"{{{variants.GetName()}={variant}}}"
         variants.SetVariantSelection(variant)
-        _translate_changed(stage, path, selection, translation, known)
+        _translate_changed(opened, path, selection, translation, known)
         translation.remarks += _only_there(stage, f"{path}{selection}", before)
         variants.ClearVariantSelection()
 
@@ -123,7 +137,7 @@ def _other_variants(stage: Usd.Stage) -> Iterator[tuple[Sdf.Path, Usd.VariantSet
 
 
 def _translate_changed(
-    stage: Usd.Stage, path: Sdf.Path, selection: str, translation: Translation, known: dict[Sdf.Path, str]
+    opened: Stage, path: Sdf.Path, selection: str, translation: Translation, known: dict[Sdf.Path, str]
 ) -> None:
     prefix = str(path)
 
@@ -131,8 +145,10 @@ def _translate_changed(
         text = str(of)
         return f"{prefix}{selection}{text[len(prefix) :].removeprefix('/')}" if of.HasPrefix(path) else text
 
-    for material in _materials(stage, stage.GetPrimAtPath(path)):
-        if _made_of(material, translation) != known.get(material.GetPath()):
+    for material in _materials(opened.stage, opened.stage.GetPrimAtPath(path)):
+        if _made_of(material, translation) == known.get(material.GetPath()):
+            continue
+        if not _lacks(opened, material, translation, place(material.GetPath())):
             Network(translation, material, place).translate()
 
 

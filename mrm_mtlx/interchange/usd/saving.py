@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pxr import Sdf, Tf, UsdUtils
 
 from mrm_mtlx.interchange.files import name_beside
-from mrm_mtlx.interchange.usd.opening import said
+from mrm_mtlx.interchange.usd.texts import said
 from mrm_mtlx.interchange.usd.writing import write_materials
 from mrm_mtlx.library.console import silenced
 from mrm_mtlx.library.writing import FileSet

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 from pxr import Sdf, Tf, UsdShade, UsdValidation
 
 from mrm_mtlx.interchange.imported import Remark
-from mrm_mtlx.interchange.usd.opening import said
+from mrm_mtlx.interchange.usd.texts import said
 from mrm_mtlx.library.console import silenced
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from pxr import Usd
 
@@ -20,29 +20,32 @@ if TYPE_CHECKING:
 
 # A USD without UsdMtlx has no registry of MaterialX's nodes, and says so of every shader; see docs/usd.md.
 NOISE = "usdShadeValidators:ShaderSdrCompliance.MissingShaderIdInRegistry"
+# Validators that gather all that a stage depends on, and open it.
+_OPENING = "usdUtilsValidators:"
 # Findings of one kind that are listed one by one; a stage of thousands of prims has thousands of the same.
 MAXIMUM_OF_A_KIND = 10
 
 
-def validator_remarks(stage: Usd.Stage, library: DataLibrary, images: set[str]) -> list[Remark]:
-    """Errors and warnings of all validators, by kind and place.
+def validator_remarks(stage: Usd.Stage, library: DataLibrary, problems: Iterable[tuple[str, str, str]]) -> list[Remark]:
+    """Errors and warnings of the validators, by kind and place.
 
     Left out are `NOISE` about ids that the library has a definition of (what is checked with it says more), and what
-    is found elsewhere: circles of references, files of other formats, and missing `images`, which are absolute paths.
+    is found elsewhere, such as circles of references. `problems` are errors of the validators that are not asked: kind,
+    place and message.
     """
-    registry = UsdValidation.ValidationRegistry()
     with silenced():
         try:
-            context = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators())
-            errors = context.Validate(stage)
+            errors = UsdValidation.ValidationContext(_validators()).Validate(stage)
         except Tf.ErrorException as stopped:
             return [Remark("USD_VALIDATOR", "", f"USD's validators stopped: {said(stopped)}")]
     found: dict[tuple[str, str], set[tuple[str, str]]] = {}
     for error in errors:
         code = _CODES.get(error.GetType())
-        if code is not None and not _is_known(error, library, images):
+        if code is not None and not _is_known(error, library):
             message = _ABSOLUTE.sub(r"'\1'", said(error.GetMessage()))
             found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), message))
+    for kind, place, text in problems:
+        found.setdefault(("USD_VALIDATOR", kind), set()).add((place, text))
     return [remark for kind in sorted(found) for remark in _listed(*kind, sorted(found[kind]))]
 
 
@@ -50,18 +53,18 @@ _CODES = {
     UsdValidation.ValidationErrorType.Error: "USD_VALIDATOR",
     UsdValidation.ValidationErrorType.Warn: "USD_VALIDATOR_WARNING",
 }
-_NOT_OPENED = re.compile(r"Could not open asset @[^@]*(?<!\.usd)(?<!\.usd[acz])@")
-_MISSING = re.compile(r"Found unresolvable external dependency '([^']*)'")
 _ABSOLUTE = re.compile(r"'/[^']*/([^'/]*)'")
 
 
-def _is_known(error: Any, library: DataLibrary, images: set[str]) -> bool:
-    message = error.GetMessage()
-    missing = _MISSING.match(message)
-    if missing and missing[1] in images:
-        return True
+def _validators() -> list[Any]:
+    """All validators but those that open the files of a stage anew; `opening` and `packages` say what they would."""
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    return [v for v in validators if not v.GetMetadata().name.startswith(_OPENING)]
+
+
+def _is_known(error: Any, library: DataLibrary) -> bool:
     if error.GetIdentifier() != NOISE:
-        return message.startswith("Cycle detected") or _NOT_OPENED.match(message) is not None
+        return bool(error.GetMessage().startswith("Cycle detected"))
     ids = [UsdShade.Shader(site.GetProperty().GetPrim()).GetIdAttr().Get() for site in error.GetSites()]
     return bool(ids) and all(library.document.getNodeDef(identifier or "") is not None for identifier in ids)
 

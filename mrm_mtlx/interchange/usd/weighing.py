@@ -37,9 +37,15 @@ class Arc(NamedTuple):
 
 @dataclass
 class Layer:
-    """A layer that was read: its prims in depth-first order, where each one's subtree ends, its arcs and sublayers."""
+    """A layer that was read: its prims in depth-first order, where each one's subtree ends, its arcs and sublayers.
+
+    `targets` has, by its name in the layer, what stands for each file that it names, and `referring` are the prims with
+    references and payloads.
+    """
 
     layer: Sdf.Layer
+    targets: dict[str, str] = field(default_factory=dict)
+    referring: list[Sdf.PrimSpec] = field(default_factory=list)
     sublayers: list[str] = field(default_factory=list)
     index: dict[Sdf.Path, int] = field(default_factory=dict)
     ends: list[int] = field(default_factory=list)
@@ -68,7 +74,9 @@ class Layer:
             yield number, spec
             waiting.append((spec, number))
             for variants in spec.variantSets.values():
-                waiting += [(variant.primSpec, -1) for variant in variants.variants.values()]
+                listed = [None] if variants is None else variants.variants.values()
+                # One that a damaged file lists and lacks comes as None.
+                waiting += [(None if variant is None else variant.primSpec, -1) for variant in listed]
             waiting += [(child, -1) for child in spec.nameChildren]
 
 

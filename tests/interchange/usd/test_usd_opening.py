@@ -9,7 +9,7 @@ import pytest
 from pxr import Sdf
 
 from mrm_mtlx.interchange.imported import UnreadableError
-from mrm_mtlx.interchange.usd import assets, opening, weighing
+from mrm_mtlx.interchange.usd import layers, opening, packages, weighing
 
 HEAD = "#usda 1.0\n"
 EMPTY = HEAD + 'def "a" {\n}\n'
@@ -53,13 +53,10 @@ BROKEN = {
         {"s.usda": HEAD + 'def "a" {\n asset x = @@@a\\@@@b@@@@\n}\n' + 'def "a" {\n' * 100_000},
         "READ_TOO_DEEP", "line", "more than 256 levels",
     ),
-    "missing sublayer": ({"s.usda": layered("./b.usda")}, "READ_INCLUDE", "", "the file './b.usda' does not exist"),
     "sublayer of itself": (
         {"s.usda": layered("./b.usda"), "b.usda": layered("./s.usda")},
         "READ_INCLUDE", "", "includes itself: s.usda -> b.usda -> s.usda",
     ),
-    "missing reference": ({"s.usda": referring("references = @./b.usda@")}, "READ_INCLUDE", "/a", "does not exist"),
-    "missing payload": ({"s.usda": referring("payload = @./b.usda@")}, "READ_INCLUDE", "/a", "does not exist"),
     "broken reference": (
         {"s.usda": referring("references = @./b.usda@"), "b.usda": "x"},
         "READ_FORMAT", "/a", "b.usda is no file of USD",
@@ -113,13 +110,63 @@ def test_what_cannot_be_read_is_told(stage_of, tmp_path, case):
     assert "\n" not in remark.message
 
 
+MISSING = {
+    "a sublayer": (HEAD + "(\n subLayers = [@./gone.usda@]\n)\n", ""),
+    "a reference": (HEAD + 'def "cam" (\n references = @./gone.usda@</C>\n) {\n}\n', "/cam"),
+    "a reference by a name without a folder": (HEAD + 'def "cam" (\n references = @gone.usda@\n) {\n}\n', "/cam"),
+    "a payload": (HEAD + 'def "cam" (\n payload = @./gone.usda@\n) {\n}\n', "/cam"),
+    "a file in a package": (HEAD + 'def "cam" (\n payload = @./gone.usdz[a.usda]@\n) {\n}\n', "/cam"),
+}
+MATERIAL = """def Material "M" ({arcs}) {{
+  token outputs:mtlx:surface.connect = </M/s.outputs:out>
+  def Shader "s" {{
+    uniform token info:id = "ND_surface"
+    token outputs:out
+  }}
+}}
+"""
+
+
+@pytest.mark.parametrize("case", MISSING.values(), ids=MISSING.keys())
+def test_a_missing_layer_is_told_and_leaves_the_materials_that_do_not_depend_on_it(stage_of, usda, case):
+    text, place = case
+    path = usda(text + MATERIAL.format(arcs=""), head="")
+    read = stage_of(path)
+    (remark,) = [remark for remark in read.remarks if remark.code == "USD_MISSING"]
+    name = "gone.usdz[a.usda]" if "usdz" in text else "gone.usda"
+    assert remark.place == place
+    assert remark.message.removeprefix("the file './").removeprefix("the file '").startswith(f"{name}' does not exist")
+    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/M"]
+    assert not any("gone" in remark.message for remark in read.remarks if remark.code != "USD_MISSING")
+
+
+@pytest.mark.parametrize(
+    "prims",
+    [
+        MATERIAL.format(arcs="references = @./gone.usda@</M>"),
+        'def "R" (payload = @./gone.usda@) {{\n{}}}\n'.format(MATERIAL.format(arcs="").replace("</M/", "</R/M/")),
+        'class "B" (references = @./gone.usda@) {\n}\n' + MATERIAL.format(arcs="inherits = </B>"),
+        MATERIAL.format(arcs="").replace('def Shader "s" {', 'def Shader "s" (references = @./gone.usda@) {'),
+    ],
+    ids=["itself", "what it lies in", "what it inherits", "a shader of it"],
+)
+def test_a_material_that_depends_on_a_missing_layer_is_left_out_by_name(stage_of, prims):
+    other = MATERIAL.format(arcs="").replace('"M"', '"N"').replace("</M/", "</N/")
+    read = stage_of(prims + other)
+    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/N"]
+    left = [remark for remark in read.remarks if remark.code == "USD_MISSING" and "it is not checked" in remark.message]
+    assert [(remark.place, "'./gone.usda'" in remark.message) for remark in left] == [
+        ("/R/M" if '"R"' in prims else "/M", True)
+    ]
+
+
 @pytest.mark.parametrize("opening_sign", [b'"""', b"'''", b"@@@", b"/*"])
 def test_what_is_not_closed_is_scanned_once(opening_sign):
     """Else a text of many such signs, behind a backslash each, would take the square of its length."""
     text = b"{" + (opening_sign + b"x\n\\") * 3
     if opening_sign in (b"@@@", b"/*"):
         text = text.replace(b"\\" + opening_sign, b"\\x")
-    assert [match.span() for match in opening._TOKENS.finditer(text)] == [(0, 1), (1, len(text))]
+    assert [match.span() for match in layers._TOKENS.finditer(text)] == [(0, 1), (1, len(text))]
 
 
 def test_a_circle_of_references_is_told_and_the_rest_is_read(stage_of, usda):
@@ -184,7 +231,7 @@ def test_a_link_that_leads_out_is_not_followed(stage_of, tmp_path):
 def test_a_file_that_changed_while_another_holds_it_is_read_anew(usda, stage_of):
     held = Sdf.Layer.FindOrOpen(str(usda('def Material "M" {\n token outputs:mtlx:surface\n}\n').resolve()))
     assert [r.code for r in stage_of(usda('def "M" {\n}\n')).remarks] == []
-    assert held.GetPrimAtPath("/M").typeName == ""
+    assert held.GetPrimAtPath("/M").typeName == "Material"  # what another has open is left as it is
 
 
 def package(path, **files):
@@ -197,16 +244,15 @@ def package(path, **files):
 def test_a_package_is_unpacked_within_bounds(stage_of, tmp_path, monkeypatch):
     path = package(tmp_path / "p.usdz", **{"s.usda": EMPTY, "../out.png": b"x", "tex/a.png": b"y" * 100})
     read = stage_of(path)
-    assert [p.relative_to(read.reach.folder).as_posix() for p in read.reach.folder.rglob("*") if p.is_file()] == [
-        "tex/a.png"
-    ]
+    files = sorted(p.relative_to(read.reach.folder).as_posix() for p in read.reach.folder.rglob("*") if p.is_file())
+    assert files == ["s.usda", "tex/a.png"]
     assert not (read.reach.folder.parent / "out.png").exists()
-    for name, enough in (("MAXIMUM_FILES", 2), ("MAXIMUM_BYTES", 101)):
+    for name, enough in (("MAXIMUM_FILES", 3), ("MAXIMUM_BYTES", 101 + len(EMPTY))):
         with monkeypatch.context() as patch:
-            patch.setattr(assets, name, enough)
+            patch.setattr(packages, name, enough)
             stage_of(path)
-            patch.setattr(assets, name, enough - 1)
-            with pytest.raises(UnreadableError, match="the package holds 2 files"):
+            patch.setattr(packages, name, enough - 1)
+            with pytest.raises(UnreadableError, match="the package holds 3 files"):
                 stage_of(path)
 
 
@@ -215,4 +261,15 @@ def test_a_package_with_names_that_no_folder_holds_is_refused_without_a_path(sta
     path = package(tmp_path / "p.usdz", **{"s.usda": EMPTY}, **dict.fromkeys(names, b"x"))
     with pytest.raises(UnreadableError) as caught:
         stage_of(path)
-    assert caught.value.remark.message == f"the package cannot be unpacked: {reason}"
+    assert caught.value.remark.message == f"the package p.usdz cannot be unpacked: {reason}"
+
+
+def test_an_image_of_a_package_that_a_stage_refers_to_is_read(stage_of, usda, tmp_path):
+    material = MATERIAL.format(arcs="")[:-2] + '  def Shader "i" {\n    uniform token info:id = "ND_image_color3"\n'
+    material += "    asset inputs:file = @tex/a.png@\n    color3f outputs:out\n  }\n}\n"
+    package(tmp_path / "p.usdz", **{"s.usda": HEAD + material, "tex/a.png": b"picture"})
+    read = stage_of('def "M" (\n references = @./p.usdz@</M>\n) {\n}\n')
+    name = read.document.getNode("i").getInput("file").getValueString()
+    assert name == "p.usdz.0/tex/a.png"
+    assert read.reach.regular(name).read_bytes() == b"picture"
+    assert not [remark for remark in read.remarks if not remark.code.startswith("USD_")]
