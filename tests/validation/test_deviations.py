@@ -33,6 +33,27 @@ LAYERED = """
     <input name="surfaceshader" type="surfaceshader" nodename="flakes"/>
   </surfacematerial>
 """
+# Opaque lobes alone, which lose no throughput, mixed by more than all.
+BEYOND = """
+  <nodegraph name="g">
+    <input name="amount" type="float" value="1.5"/>
+    <oren_nayar_diffuse_bsdf name="fg" type="BSDF"><input name="color" type="color3" value="0.8, 0.4, 0.2"/>
+    </oren_nayar_diffuse_bsdf>
+    <burley_diffuse_bsdf name="bg" type="BSDF"/>
+    <mix name="mixed" type="BSDF">
+      <input name="fg" type="BSDF" nodename="fg"/><input name="bg" type="BSDF" nodename="bg"/>
+      <input name="mix" type="float" nodename="share"/>
+    </mix>
+    <clamp name="share" type="float">
+      <input name="in" type="float" interfacename="amount"/><input name="high" type="float" value="2"/>
+    </clamp>
+    <surface name="shown" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="mixed"/></surface>
+    <output name="out" type="surfaceshader" nodename="shown"/>
+  </nodegraph>
+  <surfacematerial name="m" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodegraph="g" output="out"/>
+  </surfacematerial>
+"""
 # The seventh decimal of a small number is a large share of it.
 SMALL = """
   <nodedef name="ND_small" node="small"><output name="out" type="float"/></nodedef>
@@ -83,6 +104,16 @@ def test_a_shader_that_deviates_as_known_is_told_by_name(gl, make_document, libr
     assert found.specified is not None
     assert not found.specified.passed
     assert found.specified.max_error > 100.0 * found.comparison.max_error
+
+
+@pytest.mark.parametrize(("drawn", "is_known"), [("1.5", True), ("1.5001", False)])
+def test_a_mixture_by_more_than_1_clamps_each_part(gl, make_document, library, drawn, is_known):
+    document, shown = make_document(BEYOND), make_document(BEYOND.replace('value="1.5"', f'value="{drawn}"'))
+    expectation = Expectation(document.getNode("m"), generator(0, "beyond"), 512, lambda _name: None)
+    with SurfaceProgram(generate(shown.getNode("m"), "glsl", library)) as program:
+        found = expectation.compare(expectation.draw(program))
+    assert found.comparison.passed is is_known
+    assert found.deviations == ({Deviation.PREMULTIPLIED_MIX} if is_known else set())
 
 
 def test_another_error_is_no_known_deviation(gl, make_document, library):

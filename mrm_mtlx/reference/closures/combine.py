@@ -42,19 +42,20 @@ def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
 
 def premultiplied_mix(foreground: Closure, background: Closure, amount: Array, weighted: tuple[bool, bool]) -> Closure:
     """`mix` as `Deviation.PREMULTIPLIED_MIX` has it; `weighted` says which of the two have a weight to multiply."""
-    rest = 1.0 - amount
-    return Closure(
-        background.response * rest + foreground.response * amount,
-        np.maximum(_dimmed(foreground, amount, weighted[0]) + _dimmed(background, rest, weighted[1]) - 1.0, 0.0),
-        _seen(foreground, amount) | _seen(background, rest),
-    )
+    parts = _premultiplied(foreground, amount, weighted[0]), _premultiplied(background, 1.0 - amount, weighted[1])
+    return add(*parts)
 
 
-def _dimmed(closure: Closure, amount: Array, weighted: bool) -> Array:
-    """Throughput of a BSDF whose weight is multiplied: one that is opaque stays so, one without a weight as it is."""
-    if not weighted or np.all(closure.throughput == 0.0):
-        return closure.throughput
-    return np.asarray(1.0 - amount * (1.0 - closure.throughput))
+def _premultiplied(closure: Closure, amount: Array, weighted: bool) -> Closure:
+    """A BSDF whose weight is multiplied, and below 0 is none; one without a weight is multiplied itself.
+
+    One that is opaque stays so at any weight.
+    """
+    if not weighted:
+        return multiply(closure, amount)
+    weight = np.maximum(amount, 0.0)
+    dimmed = closure.throughput if np.all(closure.throughput == 0.0) else 1.0 - weight * (1.0 - closure.throughput)
+    return Closure(closure.response * weight, np.asarray(dimmed), _seen(closure, weight))
 
 
 def add(first: Closure, second: Closure) -> Closure:

@@ -122,7 +122,7 @@ def _mix(inputs: Inputs) -> Value:
         return mixed
     weighted = inputs.is_weighted("fg"), inputs.is_weighted("bg")
     multiplied = closures.premultiplied_mix(front, back, amount, weighted)
-    if np.allclose(mixed.throughput, multiplied.throughput):
+    if np.all((amount >= 0.0) & (amount <= 1.0)) and np.allclose(mixed.throughput, multiplied.throughput):
         return mixed
     return multiplied if inputs.deviates(Deviation.PREMULTIPLIED_MIX) else mixed
 
