@@ -2,8 +2,8 @@
 
 The reference follows the specification. So that a comparison can tell a known deviation from an unknown error, the
 reference can be asked to deviate in the same way, by name; docs/upstream-notes.md has each with the smallest document
-that shows it and the measured difference. Those of `IN_THE_SOURCE` are no part of the reference: the source is mended,
-and has to be right then.
+that shows it and the measured difference. Some are no part of the reference: there the document or the source is
+mended, and has to be right then (validation.mending).
 """
 
 from __future__ import annotations
@@ -24,6 +24,16 @@ class Deviation(Enum):
     `MEDIUMP_INTEGERS`: integers of generated ESSL have the language's default precision, mediump, and may have 16 bits
     where the hash of every noise needs 32.
 
+    `SHARED_NAMES`: nodes of one name in two graphs, whose inputs of one name share a uniform; likewise names of files
+    in interfaces of graphs inside of each other, where each has its colours transformed.
+
+    `INTERFACE_COLOR_SPACE`: the colour space of a value that an input of a graph holds is passed over.
+
+    `HEXAGON_ROOT`: `hexagon` asks whether the root of a number is above 0, also of a negative one, of which GLSL says
+    nothing.
+
+    `BLACK_MATERIALS`: a node of type material that a graph defines is black.
+
     `SIX_DECIMALS`: numbers inside of a graph are written into the source with six decimals; 0.00277778 is 0.002778.
 
     `UNMIXED_ZERO`: `burn` and `dodge` give 0 where they would divide by 0, also where their `mix` hides the effect.
@@ -37,11 +47,11 @@ class Deviation(Enum):
     PREMULTIPLIED_MIX = "premultiplied-mix"
     LOWP_SAMPLERS = "lowp-samplers"
     MEDIUMP_INTEGERS = "mediump-integers"
+    SHARED_NAMES = "shared-names"
+    INTERFACE_COLOR_SPACE = "interface-color-space"
+    HEXAGON_ROOT = "hexagon-root"
+    BLACK_MATERIALS = "black-materials"
     SIX_DECIMALS = "six-decimals"
     UNMIXED_ZERO = "unmixed-zero"
     HAIR_CONSTANTS = "hair-constants"
     DEFAULT_COLORS = "default-colors"
-
-
-# Deviations that a line more in the source mends.
-IN_THE_SOURCE = frozenset({Deviation.LOWP_SAMPLERS, Deviation.MEDIUMP_INTEGERS})

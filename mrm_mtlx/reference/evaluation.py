@@ -24,6 +24,7 @@ from mrm_mtlx.reference.graph import (
     interface_input,
     source,
 )
+from mrm_mtlx.reference.interfaces import file_space, is_passed_over, value_space
 from mrm_mtlx.reference.models import OTHER_NUMBERS, SAME_MODEL
 from mrm_mtlx.reference.nodes import NODES, ShaderValue
 from mrm_mtlx.reference.rounding import EXACT, Move, value_sign
@@ -141,7 +142,7 @@ class Evaluation:
         if definition.getName() not in NODES:
             inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
             made = self._graph_values(defining_graph(definition), inner, light)
-            return {name: self._in_linear_color(value, node, kinds[name], light) for name, value in made.items()}
+            return {name: self._in_linear_color(v, node, kinds[name], scope, light) for name, v in made.items()}
         value = NODES[definition.getName()](_NodeInputs(self, node, definition, scope, light))
         if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:
             lit = np.any(value.response != 0.0)
@@ -151,7 +152,7 @@ class Evaluation:
         if isinstance(value, dict):
             return {name: self._rounded_value(v, kinds[name]) for name, v in value.items()}
         kind = next(iter(kinds.values()))
-        return self._in_linear_color(self._rounded_value(value, kind), node, kind, light)
+        return self._in_linear_color(self._rounded_value(value, kind), node, kind, scope, light)
 
     def _graph_values(self, graph: Any, scope: Scope, light: Light) -> dict[str, Value]:
         return {
@@ -164,15 +165,15 @@ class Evaluation:
             return value
         return self._rounded(value)
 
-    def _in_linear_color(self, value: Value, node: Any, kind: str, light: Light) -> Value:
+    def _in_linear_color(self, value: Value, node: Any, kind: str, scope: Scope, light: Light) -> Value:
         """The value of a node that is given an image in a colour space: generators transform the colours it gives.
 
-        That is the node whose input has the file, also where an image inside of its graph reads it.
+        That is the outermost node of colours that has the file, also where an image inside of its graph reads it.
         """
         files = [given for given in node.getInputs() if given.getType() == "filename"]
         if not files or not kind.startswith("color"):
             return value
-        return self.linear_color(cast("Array", value), files[0].getActiveColorSpace(), node.getDocument(), light)
+        return self.linear_color(cast("Array", value), file_space(files[0], scope), node.getDocument(), light)
 
     def linear_color(self, value: Array, space: str, document: Any, light: Light) -> Array:
         """Colours in linear Rec.709, through the graph that MaterialX has for their space; alpha stays."""
@@ -203,23 +204,40 @@ class Evaluation:
             return self.node_value(*found, light)
         bound = binding(given, scope)
         if bound is not None:
-            return self._interface_value(bound, given, scope, light, stored)
+            return self._interface_value(bound, given, declared, scope, light, stored)
         # MaterialX's generators pass over a number given to an input that has a geometric default (a normal).
         is_given = given.getValueString() or given.getType() in ("string", "filename")
         if declared.getDefaultGeomPropString() or not is_given:
             return self._default(declared, scope, light, stored)
         return self._constant(given, declared, scope, light, stored)
 
-    def _interface_value(self, name: str, given: Any, scope: Scope, light: Light, stored: bool) -> Value | None:
+    def _interface_value(
+        self, name: str, given: Any, declared: Any, scope: Scope, light: Light, stored: bool
+    ) -> Value | None:
         if name in scope.values:
             return scope.values[name]
         outer_node = scope.node
         if outer_node is None:  # a graph of the document itself: the interface input carries the value
             interface = interface_input(given)
             found = source(interface, scope)
-            return self.node_value(*found, light) if found else self._default(interface, scope, light, stored)
+            return (
+                self.node_value(*found, light)
+                if found
+                else self._held(interface, given, declared, scope, light, stored)
+            )
         outer = scope.outer or Scope()
         return self.input_value(outer_node, outer_node.getNodeDef(), name, outer, light, stored=stored)
+
+    def _held(
+        self, interface: Any, given: Any, declared: Any, scope: Scope, light: Light, stored: bool
+    ) -> Value | None:
+        """What an input of a graph of the document holds itself, for an input of a node in it that reads it."""
+        if not interface.getDefaultGeomPropString() and is_passed_over(interface, declared, scope):
+            return self._default(declared, scope, light, stored)
+        if stored or not interface.getType().startswith("color") or interface.getParent().isA(mx.NodeDef):
+            return self._default(interface, scope, light, stored)
+        number = cast("Array", self._default(interface, scope, light, stored=True))
+        return self.linear_color(number, value_space(interface, given), interface.getDocument(), light)
 
     def _default(self, declared: Any, scope: Scope, light: Light, stored: bool) -> Value | None:
         geometry = declared.getDefaultGeomPropString()

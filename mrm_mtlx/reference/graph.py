@@ -18,13 +18,14 @@ class Scope:
     """Where an element stands: inside which graph, and what is bound to the graph's interface.
 
     `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given
-    for interface names without a node.
+    for interface names without a node. `shown` is the graph of the document whose output is shown, if it is one's.
     """
 
     path: str = ""
     node: Any = None
     outer: Scope | None = None
     values: Mapping[str, Value] = field(default_factory=dict)
+    shown: Any = None
 
 
 def shown(element: Any) -> tuple[Any, str] | None:

@@ -6,10 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.bsdf.blocks import BLOCK, processors
 from mrm_mtlx.reference.closures import Facets, Model
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.display import CHANNELS, SHADERS, displayed
 from mrm_mtlx.reference.evaluation import LIGHT, Discrete, Evaluation, Illumination
 from mrm_mtlx.reference.graph import Scope, connected_node, shown
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.reference.nodes import Value
 
 
@@ -95,6 +96,7 @@ class Surface:
         self.met: set[Deviation] = set()
         self._document = element.getDocument()  # elements do not keep their document alive
         self._root = shown(element)
+        self._scope = Scope(shown=element.getParent() if element.isA(mx.Output) else None)
         self._kind = str(element.getType())
         self.is_pattern = self._kind not in SHADERS
         survey = Survey()
@@ -182,10 +184,18 @@ class Surface:
         return np.ascontiguousarray(np.broadcast_to(color, (len(color), len(evaluation.points))).T)
 
     def _value(self, evaluation: Evaluation) -> Value | None:
-        if self._root is None:
+        if self._root is None or self._is_black(evaluation):
             return None
         with np.errstate(all="ignore"):  # 0/0 of degenerate input is what the shader has, too
-            return evaluation.node_value(*self._root, Scope(), evaluation.light)
+            return evaluation.node_value(*self._root, self._scope, evaluation.light)
+
+    def _is_black(self, evaluation: Evaluation) -> bool:
+        """Whether it is a material of a definition of its own that deviates from what the definition says."""
+        node = None if self._root is None else self._root[0]
+        if node is None or node.getType() != "material" or node.getCategory() == "surfacematerial":
+            return False
+        evaluation.met.add(Deviation.BLACK_MATERIALS)
+        return Deviation.BLACK_MATERIALS in evaluation.deviations
 
 
 def constant_input(node: Any, name: str) -> Array | str | None:

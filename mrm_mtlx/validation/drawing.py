@@ -14,15 +14,17 @@ from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.results import TargetResult
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
     from mrm_mtlx.library.files import Reach
+    from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.shadergen import Shader
     from mrm_mtlx.validation.comparison import Comparison
     from mrm_mtlx.validation.expectation import Expectation
     from mrm_mtlx.validation.findings import Finding
+    from mrm_mtlx.validation.mending import Mended
 
 # Source targets that the OpenGL driver compiles and runs.
 GL_TARGETS = ("glsl", "essl")
@@ -68,6 +70,7 @@ def check_draws(
     images: DocumentImages,
     expectations: Mapping[str, tuple[Expectation, Mapping[str, Any]]],
     place: str,
+    mended: Mended = mended_sources,
 ) -> dict[str, tuple[TargetResult, list[Finding]]]:
     """Link a shader once and draw it for each expectation.
 
@@ -79,6 +82,8 @@ def check_draws(
         By a name of the caller's: the reference, and values that replace uniforms of the shader.
     place
         Path of the element in findings.
+    mended
+        Gives the shader without known deviations, for one that differs.
 
     Returns
     -------
@@ -91,7 +96,7 @@ def check_draws(
     try:
         with gl.SurfaceProgram(shader, images.of(shader)) as program:
             found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
-        return {name: _check(shader, images, *expectations[name], found[name], place) for name in expectations}
+        return {name: _check(shader, images, *expectations[name], found[name], mended, place) for name in expectations}
     except gl.CompileError as error:
         refused = finding("SHADER_COMPILE", place, f"{shader.target}: {error.messages[0]}")
         return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [refused]))
@@ -103,6 +108,7 @@ def _check(
     expectation: Expectation,
     uniforms: Mapping[str, Any],
     found: tuple[NDArray[np.float32], ...],
+    mended: Mended,
     place: str,
 ) -> tuple[TargetResult, list[Finding]]:
     target, count = shader.target, sum(len(colors) for colors in found)
@@ -114,7 +120,7 @@ def _check(
         return TargetResult("compile", "skip", expectation.reason, samples=count), []
     verdict = expectation.compare(found)
     if not verdict.comparison.passed:
-        verdict = _explained(verdict, shader, images, expectation, uniforms)
+        verdict = _explained(verdict, mended(shader), images, expectation, uniforms)
     if verdict.specified is None:
         return judged(target, verdict.comparison, place)
     names = ", ".join(sorted(d.value for d in verdict.deviations))
@@ -123,11 +129,15 @@ def _check(
 
 
 def _explained(
-    verdict: Verdict, shader: Shader, images: DocumentImages, expectation: Expectation, uniforms: Mapping[str, Any]
+    verdict: Verdict,
+    mended: Iterable[tuple[frozenset[Deviation], Shader]],
+    images: DocumentImages,
+    expectation: Expectation,
+    uniforms: Mapping[str, Any],
 ) -> Verdict:
-    """The verdict on the shader without known deviations of its source, if it is right then; else the one given."""
-    for deviations, mended in mended_sources(shader):
-        with gl.SurfaceProgram(mended, images.of(mended)) as program:
+    """The verdict on the first of the mended shaders that is right; the one given, if none is."""
+    for deviations, shader in mended:
+        with gl.SurfaceProgram(shader, images.of(shader)) as program:
             right = expectation.compare(expectation.draw(program, uniforms))
         if right.comparison.passed:
             return Verdict(right.comparison, deviations | right.deviations, verdict.comparison)

@@ -19,6 +19,7 @@ from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.flag_use import ignores_flag
+from mrm_mtlx.validation.mending import mended_shaders
 from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants
@@ -125,7 +126,8 @@ class ElementCheck:
         flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
         ignoring = frozenset(str(n.getName()) for n in flags if ignores_flag(shader, n.getName()))
         if target in GL_TARGETS:
-            result, findings = check_draws(shader, self._images, {"": (self._expectation, {})}, self._place)[""]
+            mended = partial(mended_shaders, self._element, self._library)
+            result, findings = check_draws(shader, self._images, {"": (self._expectation, {})}, self._place, mended)[""]
         else:
             result, findings = check_compiles(shader, self._place)
             if target == "osl" and result.status == "pass" and not ignoring:

@@ -1,33 +1,61 @@
-"""Generated sources with a known deviation taken out: what is right then had no other error."""
+"""Generated shaders with a known deviation taken out: what is right then had no other error."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from mrm_mtlx.reference.deviations import IN_THE_SOURCE, Deviation
+from mrm_mtlx.reference.deviations import Deviation
+from mrm_mtlx.shadergen import GenerationError, generate
+from mrm_mtlx.validation.document_mends import MENDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
+    from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.shadergen import Shader
 
-# The precision of floats, which generated ESSL states, and what it leaves to the language's defaults.
+# The precision of floats, which generated ESSL states; those that it leaves to the language's defaults come after it.
 _STATED = "precision highp float;\n"
-_LEFT_OUT = {
-    Deviation.MEDIUMP_INTEGERS: "precision highp int;\n",
-    Deviation.LOWP_SAMPLERS: "precision highp sampler2D;\n",
+# What to replace in a source, and by what.
+_SOURCES = {
+    Deviation.MEDIUMP_INTEGERS: (_STATED, f"{_STATED}precision highp int;\n"),
+    Deviation.LOWP_SAMPLERS: (_STATED, f"{_STATED}precision highp sampler2D;\n"),
+    Deviation.HEXAGON_ROOT: ("sqrt(p3_sum_out)", "sqrt(max(p3_sum_out, 0.0))"),
 }
+
+# A function from a shader to it without deviations, and these.
+Mended: TypeAlias = "Callable[[Shader], Iterator[tuple[frozenset[Deviation], Shader]]]"
 
 
 def mended_sources(shader: Shader) -> Iterator[tuple[frozenset[Deviation], Shader]]:
-    """The shader without deviations that its target has, and these; the fewest first."""
-    if shader.target != "essl":
-        return
-    ordered = [d for d in Deviation if d in IN_THE_SOURCE]
-    for count in range(1, len(ordered) + 1):
-        for deviations in combinations(ordered, count):
-            lines = "".join(_LEFT_OUT[d] for d in deviations)
-            pixel = shader.sources["pixel"].replace(_STATED, _STATED + lines, 1)
-            yield frozenset(deviations), replace(shader, sources={**shader.sources, "pixel": pixel})
+    """The shader without deviations that its source has, and these; the fewest first."""
+    source = shader.sources["pixel"]
+    for deviations in _some(d for d, (old, _) in _SOURCES.items() if old in source):
+        mended = source
+        for deviation in deviations:
+            mended = mended.replace(*_SOURCES[deviation])
+        yield frozenset(deviations), replace(shader, sources={**shader.sources, "pixel": mended})
+
+
+def mended_shaders(element: Any, library: DataLibrary, shader: Shader) -> Iterator[tuple[frozenset[Deviation], Shader]]:
+    """The shader of an element without deviations: of its source, or of what is generated from the document."""
+    yield from mended_sources(shader)
+    for deviations in _some(MENDS):
+        document = element.getDocument().copy()
+        for deviation in deviations:
+            MENDS[deviation](document)
+        try:
+            mended = generate(document.getDescendant(element.getNamePath()), shader.target, library)
+        except GenerationError:
+            continue
+        yield frozenset(deviations), mended
+        yield from ((more.union(deviations), source) for more, source in mended_sources(mended))
+
+
+def _some(deviations: Iterable[Deviation]) -> Iterator[tuple[Deviation, ...]]:
+    """Each alone, each pair of them, and so on."""
+    every = tuple(deviations)
+    for size in range(1, len(every) + 1):
+        yield from combinations(every, size)

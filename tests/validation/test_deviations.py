@@ -85,6 +85,21 @@ DOCUMENTS = {
         "</oren_nayar_diffuse_bsdf>" + SURFACE
     ),
     Deviation.HAIR_CONSTANTS: '<chiang_hair_bsdf name="bsdf" type="BSDF"/>' + SURFACE,
+    Deviation.BLACK_MATERIALS: """
+  <nodedef name="ND_paint" node="paint">
+    <input name="color" type="color3" value="0.1, 0.2, 0.3"/><output name="out" type="material"/>
+  </nodedef>
+  <nodegraph name="NG_paint" nodedef="ND_paint">
+    <surface_unlit name="shown" type="surfaceshader">
+      <input name="emission_color" type="color3" interfacename="color"/>
+    </surface_unlit>
+    <surfacematerial name="inner" type="material">
+      <input name="surfaceshader" type="surfaceshader" nodename="shown"/>
+    </surfacematerial>
+    <output name="out" type="material" nodename="inner"/>
+  </nodegraph>
+  <paint name="m" type="material"><input name="color" type="color3" value="0.4, 0.5, 0.6"/></paint>
+""",
     Deviation.DEFAULT_COLORS: '<LamaConductor name="bsdf" type="BSDF"/>' + SURFACE,
 }
 
