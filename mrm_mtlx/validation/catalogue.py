@@ -365,8 +365,7 @@ RULES: dict[str, Rule] = {
             "MaterialX deviates from its specification",
             "The shader is not what the specification says, but what MaterialX's generators or libraries are known to "
             "make of it: the float64 reference, deviating in the same way, agrees with it within its tolerance; or the "
-            "source agrees with the reference once the line of it, or what in the document, that causes the deviation is "
-            "mended. "
+            "source agrees with the reference once what causes the deviation, in it or in the document, is mended. "
             "docs/upstream-notes.md has each deviation by its name, with the smallest document that shows it.",
             "Other renderers may show the material as specified; the notes say how to avoid the deviation.",
         ),
