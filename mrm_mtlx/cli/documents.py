@@ -65,7 +65,7 @@ def open_document(
         try:
             imported, findings = read_document(path, Reach.beside(path, tuple(roots or ())), library, _scratch())
             checked = check_graph(imported.document)
-            checked += check_files(imported.document, imported.reach)
+            checked += check_files(imported.document, imported.reach, library)
             findings = findings + [in_file(found, imported) for found in checked]
         except ReadError as error:
             findings = [error.finding]

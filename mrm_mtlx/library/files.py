@@ -62,10 +62,12 @@ class Reach:
         The name is read as MaterialX reads it: both separators count, and the first folder that has the file wins. A
         file that is nowhere would lie in `folder`.
         """
-        is_absolute = name.startswith(("/", "\\\\")) or (os.name != "nt" and _DRIVE.match(name))
-        plain = ("/" if is_absolute else "") + "/".join(part for part in re.split(r"[/\\]", name) if part)
-        found = (folder / plain for folder in (self.folder, *self.search) if _exists(folder / plain))
-        return next(found, self.folder / plain)
+        return self.find(name) or self.folder / _plain(name)
+
+    def find(self, name: str) -> Path | None:
+        """The same; None for a file that is nowhere."""
+        places = (folder / _plain(name) for folder in (self.folder, *self.search))
+        return next((place for place in places if _exists(place)), None)
 
     def inside(self, path: Path) -> Path | None:
         """A path, relative to `folder`, with links followed; None if it lies outside or nowhere."""
@@ -115,6 +117,12 @@ class Reach:
         return next((root for root in roots if target.is_relative_to(root)), None)
 
 
+def _plain(name: str) -> str:
+    """A name as MaterialX reads it, with "/" between its parts."""
+    is_absolute = name.startswith(("/", "\\\\")) or (os.name != "nt" and _DRIVE.match(name))
+    return ("/" if is_absolute else "") + "/".join(part for part in re.split(r"[/\\]", name) if part)
+
+
 def _exists(path: Path) -> bool:
     try:
         return path.exists()
@@ -130,7 +138,9 @@ def read_regular(path: Path, most: int) -> bytes | None:
     OSError
         If it cannot be read.
     """
-    # What is asked for its kind is what is read, and a pipe that nobody writes to is not waited for.
+    if not path.is_file():
+        return None
+    # Should it be another file by now: what is asked for its kind is what is read, and a pipe is not waited for.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
+from pathlib import Path
 
 import MaterialX as mx
 
@@ -39,6 +40,11 @@ class DataLibrary:
     document: mx.Document
     search_path: mx.FileSearchPath
     surface_models: tuple[Extension, ...] = ()
+
+    @property
+    def source_folders(self) -> tuple[Path, ...]:
+        """The folders of `search_path`."""
+        return tuple(Path(folder) for folder in self.search_path.asString().split(mx.PATH_LIST_SEPARATOR))
 
 
 def load_library(origin: Origin = Origin.MRM) -> DataLibrary:

@@ -90,8 +90,10 @@ RULES: dict[str, Rule] = {
             "included file cannot be read",
             "A file that the document is made of (an xi:include of MaterialX; a sublayer, reference, payload or clip "
             "of USD; a buffer of glTF) does not exist, includes itself, directly or through others, or takes more than "
-            f"{MAXIMUM_INCLUDES} inclusions.",
-            "Correct the name; break the circle.",
+            f"{MAXIMUM_INCLUDES} inclusions. Or something includes a file in a way that MaterialX passes over: an "
+            "xi:include of another prefix or below another element, an include of a shader source that only the "
+            "compiler behind it would resolve.",
+            "Correct the name; break the circle; include files as MaterialX does.",
         ),
         Rule(
             "READ_OUTSIDE",
@@ -214,8 +216,9 @@ RULES: dict[str, Rule] = {
         Rule(
             "DOC_FILE",
             _ERROR,
-            "image cannot be read",
-            "An image that the document refers to does not exist, or OpenImageIO cannot read it.",
+            "file cannot be read",
+            "An image or a shader source that the document refers to does not exist, or is not a file; or OpenImageIO "
+            "cannot read the image.",
             "Correct the file name; it is relative to the document's folder, or to one named by --root.",
         ),
         Rule(

@@ -53,7 +53,7 @@ def check_document(request: Request, steps: Steps | None = None) -> DocumentResu
 def _check(request: Request, document: Any, result: DocumentResult, steps: Steps) -> None:
     """Add the findings and results of a document that was read."""
     result.findings += check_graph(document)
-    result.findings += check_files(document, request.reach)
+    result.findings += check_files(document, request.reach, load_library(request.origin))
     blocked = any(blocks(f) for f in result.findings)
     if any(f.code == "DOC_CYCLE" for f in result.findings):
         return

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import MaterialX as mx
@@ -20,8 +21,6 @@ from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.xml_scan import Include, ReadError, Scan, scan
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
 
@@ -91,6 +90,7 @@ def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> tuple[Imp
     file = _read(path.absolute(), reading, ())
     try:
         document = _document(file)
+        _find_sources(document, reach, library)
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(finding("DOC_INVALID", "", f"MaterialX cannot read it: {error}")) from error
@@ -110,6 +110,16 @@ def _document(file: _File) -> mx.Document:
         document.importLibrary(_document(included))
     mx.readFromXmlString(document, file.content, mx.FileSearchPath(), options)
     return document
+
+
+def _find_sources(document: mx.Document, reach: Reach, library: DataLibrary) -> None:
+    """Name sources that only the folders to be searched have by absolute paths: generators do not look there."""
+    for child in document.getChildren():
+        if child.isA(mx.Implementation) and child.getFile():
+            beside = replace(reach, folder=Path(child.getActiveSourceUri()).parent, search=library.source_folders)
+            found = replace(beside, search=reach.search).find(child.getFile())
+            if found is not None and beside.find(child.getFile()) is None:
+                child.setFile(str(found.absolute()))
 
 
 def _read(path: Path, reading: _Reading, parents: tuple[Path, ...]) -> _File:
@@ -172,8 +182,6 @@ def _content(path: Path, place: str) -> bytes:
     """Bytes of a file, as many as are read and one more."""
     try:
         content = read_regular(path, MAXIMUM_BYTES + 1)
-    except FileNotFoundError:
-        content = None
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else "no reason given"
         raise ReadError(finding("READ_FAILED", place, f"the file cannot be opened: {reason}")) from error

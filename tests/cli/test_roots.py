@@ -94,6 +94,27 @@ def test_what_was_read_from_a_root_is_copied_beside_what_is_written(in_process, 
     assert f"{copy.relative_to(tmp_path / 'out').as_posix()}@" in (tmp_path / "out/a.usda").read_text(encoding="utf-8")
 
 
+def test_sources_of_implementations_are_searched_in_the_roots(in_process, gl, tmp_path):
+    (tmp_path / "tools/genglsl/lib").mkdir(parents=True)
+    (tmp_path / "mat").mkdir()
+    (tmp_path / "tools/genglsl/half.glsl").write_text(
+        '#include "lib/half.glsl"\nvoid half_of(out float x) { x = HALF; }\n', encoding="utf-8"
+    )
+    (tmp_path / "tools/genglsl/lib/half.glsl").write_text("#define HALF 0.5\n", encoding="utf-8")
+    (tmp_path / "mat/a.mtlx").write_text(
+        '<?xml version="1.0"?>\n<materialx version="1.39">'
+        '<nodedef name="ND_h" node="h"><output name="out" type="float"/></nodedef>'
+        '<implementation name="IM_h" nodedef="ND_h" target="genglsl" function="half_of" '
+        'file="genglsl/half.glsl"/><h name="n" type="float"/><surface_unlit name="s" type="surfaceshader">'
+        '<input name="emission" type="float" nodename="n"/></surface_unlit><surfacematerial name="m" type="material">'
+        '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial></materialx>',
+        encoding="utf-8",
+    )
+    assert "'genglsl/half.glsl' does not exist" in in_process("generate", "mat/a.mtlx").output
+    done = in_process("generate", "mat/a.mtlx", "--root", "tools")
+    assert (done.exit_code, "void half_of" in done.output, "#define HALF" in done.output) == (0, True, True)
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_root_that_is_no_folder_is_a_wrong_call(in_process, show, command):
     arguments = [part.format(show / "mat/a.mtlx") for part in COMMANDS[command]]

@@ -30,13 +30,13 @@ def given(name: str, kind: str, **attributes: str) -> str:
 
 
 @pytest.fixture
-def found(make_document, tmp_path):
+def found(make_document, library, tmp_path):
     """Function from elements, as text, to (code, location, message) of the structure's findings."""
     (tmp_path / "here.png").write_bytes(b"")
 
     def check(elements: str) -> list[tuple[str, str, str]]:
         document = make_document(elements)
-        findings = check_graph(document) + check_files(document, Reach.only(tmp_path))
+        findings = check_graph(document) + check_files(document, Reach.only(tmp_path), library)
         return [(f.code, f.location, f.message) for f in findings]
 
     return check
