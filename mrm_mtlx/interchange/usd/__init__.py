@@ -1,6 +1,7 @@
 """USD: materials of a stage as a document, and a document's materials as a stage.
 
-* `reading`: a stage's materials, in all variants, over `network` (one material), `prims` and `assets` (files).
+* `reading`: a stage's materials, in all variants, over `network` (one material), `versions` (of MaterialX), `prims` and
+  `assets` (files).
 * `opening`: safe opening of files that nobody vouches for, over `layers` (one file), `packages`, `crates` (what one
   claims to hold, over `crate_values` and `crate_packing`), `weighing` (how large the stage will be), `standins` (what
   is not opened).

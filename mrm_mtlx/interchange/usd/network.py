@@ -6,16 +6,17 @@ import difflib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import MaterialX as mx
 from pxr import Sdf, Usd, UsdShade
 
 from mrm_mtlx.interchange.imported import Remark
+from mrm_mtlx.interchange.json_text import shown
 from mrm_mtlx.interchange.usd.prims import TERMINALS, is_closed, is_materialx, space_of, terminals
 from mrm_mtlx.interchange.usd.values import COLORED, materialx_type, outputs_of, to_text
+from mrm_mtlx.interchange.usd.versions import earlier_definition, is_earlier, is_version, upgraded, version_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    import MaterialX as mx
 
     from mrm_mtlx.library import DataLibrary
 
@@ -38,6 +39,8 @@ class Translation:
         By an element's path and a name: the last that was made of the name for a child.
     definitions
         By category, type and inputs of a node: the definition that it gets.
+    is_earlier
+        Whether the network is of an earlier MaterialX, whose document is to be upgraded.
     """
 
     document: mx.Document
@@ -47,6 +50,55 @@ class Translation:
     remarks: list[Remark] = field(default_factory=list)
     last: dict[tuple[str, str], str] = field(default_factory=dict)
     definitions: dict[tuple[str, str, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
+    is_earlier: bool = False
+
+    def definition(self, identifier: str) -> Any:
+        """The definition of a node, of the version that the network is of; None for none."""
+        earlier = earlier_definition(identifier) if self.is_earlier else None
+        return self.library.document.getNodeDef(identifier) if earlier is None else earlier
+
+    def free(self, name: str, parent: Any = None) -> str:
+        """A name that no element has yet. Of thousands of one name, counting goes on where it was."""
+        parent = parent or self.document
+        key = (str(parent.getNamePath()), name)
+        found = self.last[key] = str(parent.createValidChildName(self.last.get(key, name)))
+        return found
+
+
+def translate(into: Translation, material: UsdShade.Material, place: Callable[[Sdf.Path], str] = str) -> None:
+    """Add the network of a material to a translation; `place` gives a path as it is reported."""
+    version = version_of(material)
+    if not is_version(version):
+        message = f"its version of MaterialX is {shown(version)}; expected one such as '1.39', which is assumed"
+        into.remarks.append(Remark("INTERCHANGE_LOST", place(material.GetPath()), message))
+    if not is_earlier(version):
+        Network(into, material, place).translate()
+        return
+    document = mx.createDocument()
+    document.setDataLibrary(into.library.document)
+    document.setColorSpace(into.document.getColorSpace())
+    alone = Translation(document, into.library, into.file_name, remarks=into.remarks, is_earlier=True)
+    Network(alone, material, place).translate()
+    _add(into, upgraded(document, version, alone.places), alone.places)
+
+
+def _add(into: Translation, document: mx.Document, places: dict[str, str]) -> None:
+    """Add the elements of a document to a translation, under names that are free there."""
+    names = {}
+    for element in document.getChildren():
+        name = into.free(element.getName())
+        copy = into.document.addChildOfCategory(element.getCategory(), name)
+        copy.copyContentFrom(element)
+        names[element.getName()] = name
+    for name in names.values():
+        for given in into.document.getChild(name).getInputs():
+            for attribute in ("nodename", "nodegraph"):
+                if given.hasAttribute(attribute):
+                    given.setAttribute(attribute, names.get(given.getAttribute(attribute), ""))
+    for path, found in places.items():
+        first, _, rest = path.partition("/")
+        if first in names:
+            into.places[f"{names[first]}/{rest}" if rest else names[first]] = found
 
 
 class _Source(NamedTuple):
@@ -123,11 +175,7 @@ class Network:
         self._into.remarks.append(Remark(code, self._place(path), message, hint))
 
     def _free(self, name: str, parent: Any = None) -> str:
-        """A name that no element has yet. Of thousands of one name, counting goes on where it was."""
-        parent = parent or self._document
-        key = (str(parent.getNamePath()), name)
-        found = self._into.last[key] = str(parent.createValidChildName(self._into.last.get(key, name)))
-        return found
+        return self._into.free(name, parent)
 
     def _home(self, prim: Usd.Prim) -> Sdf.Path | None:
         """The graph in which a shader stands in the document, None for the document itself."""
@@ -148,7 +196,7 @@ class Network:
         if path in self._nodes:
             return self._nodes[path]
         identifier = str(UsdShade.Shader(prim).GetIdAttr().Get() or "")
-        definition = self._into.library.document.getNodeDef(identifier) if identifier else None
+        definition = self._into.definition(identifier) if identifier else None
         home = self._home(prim)
         parent = self._document if home is None else self._graph(home)
         category = str(definition.getNodeString()) if definition is not None else identifier or "unknown"
@@ -180,7 +228,8 @@ class Network:
                 self._remark("DOC_INPUT_TYPE", attribute.GetPath(), message)
                 continue
             self._input(node, attribute, name, kind, home)
-        if self._definition_without_name(node) != definition.getName():
+        is_earlier = self._into.is_earlier and earlier_definition(definition.getName()) is not None
+        if not is_earlier and self._definition_without_name(node) != definition.getName():
             node.setNodeDefString(definition.getName())
 
     def _definition_without_name(self, node: Any) -> str:

@@ -9,7 +9,7 @@ from pxr import Sdf, Tf, Usd, UsdShade
 
 from mrm_mtlx.interchange.imported import Imported, Remark, UnreadableError
 from mrm_mtlx.interchange.usd.assets import Assets
-from mrm_mtlx.interchange.usd.network import Network, Translation
+from mrm_mtlx.interchange.usd.network import Translation, translate
 from mrm_mtlx.interchange.usd.opening import open_stage
 from mrm_mtlx.interchange.usd.prims import terminals
 from mrm_mtlx.interchange.usd.texts import said
@@ -92,7 +92,7 @@ def _translate_all(opened: Stage, translation: Translation) -> dict[Sdf.Path, st
     for material in _materials(opened.stage):
         path = material.GetPath()
         if not _lacks(opened, material, translation, str(path)):
-            Network(translation, material).translate()
+            translate(translation, material)
         if any(path.HasPrefix(prim) for prim in changing):
             known[path] = _made_of(material, translation)
     return known
@@ -149,7 +149,7 @@ def _translate_changed(
         if _made_of(material, translation) == known.get(material.GetPath()):
             continue
         if not _lacks(opened, material, translation, place(material.GetPath())):
-            Network(translation, material, place).translate()
+            translate(translation, material, place)
 
 
 def _prims_with_variants(stage: Usd.Stage) -> list[Sdf.Path]:
@@ -170,7 +170,7 @@ def _made_of(material: UsdShade.Material, translation: Translation) -> str:
     document = mx.createDocument()
     document.setDataLibrary(translation.library.document)
     alone = Translation(document, translation.library, translation.file_name)
-    Network(alone, material).translate()
+    translate(alone, material)
     return str(mx.writeToXmlString(document)) + repr(alone.remarks)
 
 

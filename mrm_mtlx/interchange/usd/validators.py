@@ -9,6 +9,7 @@ from pxr import Sdf, Tf, UsdShade, UsdValidation
 
 from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.interchange.usd.texts import said
+from mrm_mtlx.interchange.usd.versions import earlier_definition
 from mrm_mtlx.library.console import silenced
 
 if TYPE_CHECKING:
@@ -66,7 +67,11 @@ def _is_known(error: Any, library: DataLibrary) -> bool:
     if error.GetIdentifier() != NOISE:
         return bool(error.GetMessage().startswith("Cycle detected"))
     ids = [UsdShade.Shader(site.GetProperty().GetPrim()).GetIdAttr().Get() for site in error.GetSites()]
-    return bool(ids) and all(library.document.getNodeDef(identifier or "") is not None for identifier in ids)
+    return bool(ids) and all(_is_defined(identifier or "", library) for identifier in ids)
+
+
+def _is_defined(identifier: str, library: DataLibrary) -> bool:
+    return library.document.getNodeDef(identifier) is not None or earlier_definition(identifier) is not None
 
 
 def _place(error: Any) -> str:
