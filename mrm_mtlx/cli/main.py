@@ -77,9 +77,8 @@ def _command() -> int:
     """Run the command; its exit status."""
     try:
         status = app(standalone_mode=False)
-    except (typer.Abort, KeyboardInterrupt):  # the command-line library makes the one of the other
-        print("mrm: interrupted", file=sys.stderr)
-        status = 130
+    except (typer.Abort, KeyboardInterrupt):
+        status = 130  # of an interrupt, the command-line library makes the one, the other, or the status itself
     except (BrokenPipeError, SystemExit):
         # The reader of our output went away (`mrm ... | head`), which the libraries below turn into SystemExit: nothing
         # is wrong, and nothing more can be written, not even at the interpreter's end.
@@ -87,6 +86,8 @@ def _command() -> int:
         status = 0
     except Exception as error:
         status = _report(error)
+    if status == 130:
+        print("mrm: interrupted", file=sys.stderr)
     return status if isinstance(status, int) else 0
 
 

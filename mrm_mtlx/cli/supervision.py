@@ -76,6 +76,7 @@ def supervised(command: Callable[[], int], tell: Callable[[Death], int]) -> int:
     if child == 0:
         for number, handler in before.items():
             signal.signal(number, handler)
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # the end that an interrupt has, its tidying included
         process_limits.die_with(parent)
         _work_in(scratch)
         return command()
@@ -146,7 +147,7 @@ def _end(child: int, number: int) -> int:
     status = _awaited(child, _SENT_ON_S) if number == signal.SIGINT else None
     if status is None:
         with contextlib.suppress(ProcessLookupError):
-            os.kill(child, number)
+            os.kill(child, number if number == signal.SIGINT else signal.SIGTERM)
         status = _awaited(child, _KILLED_S)
     if status is None:
         os.kill(child, signal.SIGKILL)
@@ -154,7 +155,7 @@ def _end(child: int, number: int) -> int:
         status = -signal.SIGKILL
     if number == signal.SIGINT and status < 0:
         print("mrm: interrupted", file=sys.stderr)
-    return status if status >= 0 else 128 + number
+    return status if status >= 0 and number == signal.SIGINT else 128 + number
 
 
 def _awaited(child: int, seconds: float) -> int | None:
