@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mrm_mtlx.library.color_spaces import is_handled
+from mrm_mtlx.limits import MAXIMUM_NODES
 from mrm_mtlx.reference.graph import connected_node, defining_graph
 from mrm_mtlx.reference.nodes import NODES
 
@@ -15,9 +16,6 @@ from mrm_mtlx.reference.nodes import NODES
 MAXIMUM_DEPTH = 400
 # A level takes up to eight of the interpreter's frames, of which it allows 1000 by default.
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 10 * MAXIMUM_DEPTH + 1000))
-# Graphs of graphs that come to more nodes than this are refused: every use of a graph is evaluated, and n graphs that
-# use each other twice have 2^n nodes. The surface models have a few hundred.
-MAXIMUM_NODES = 20_000
 
 # Geometric properties that inputs have by default.
 GEOMETRY = ("Nworld", "Tworld", "Bworld", "Pworld", "Vworld", "Nobject", "Tobject", "Bobject", "Pobject", "UV0")

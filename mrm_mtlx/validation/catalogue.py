@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES, MAXIMUM_XML_DEPTH
+from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES, MAXIMUM_NODES, MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.findings import Rule, Severity
 
 _ERROR, _WARNING = Severity.ERROR, Severity.WARNING
@@ -212,6 +212,15 @@ RULES: dict[str, Rule] = {
             "Nodes feed each other in a circle, or in a chain so long that generators, which work recursively, exhaust "
             "the stack.",
             "Break the circle at the connection that is named; merge long chains into node graphs.",
+        ),
+        Rule(
+            "DOC_TOO_LARGE",
+            _ERROR,
+            "definitions come to too many nodes",
+            f"A surface comes to more than {MAXIMUM_NODES:,} nodes when each node that a graph defines is counted as "
+            "the nodes of that graph. Definitions that use each other twice double that number with each of them: "
+            "twenty come to a million. Shader compilers evaluate them all. Real surfaces have a few hundred.",
+            "Use definitions less often inside of each other; compute once what is used several times.",
         ),
         Rule(
             "DOC_FILE",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library import load_library
+from mrm_mtlx.library.flattening import TooManyNodesError
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.element import ElementCheck, ElementSweep
 from mrm_mtlx.validation.file_checks import check_files
@@ -85,7 +86,8 @@ def _sweep(request: Request, document: Any, result: DocumentResult, steps: Steps
         try:
             return dissolved(document)
         except ValueError as error:
-            return refused(finding("SHADER_GENERATE", "", f"the graphs cannot be dissolved: {error}"))
+            code = "DOC_TOO_LARGE" if isinstance(error, TooManyNodesError) else "SHADER_GENERATE"
+            return refused(finding(code, "", f"the graphs cannot be flattened: {error}"))
 
     copy = steps.run(Step("", "flattening"), flatten, refused, kept=False)
     for element in renderable_elements(copy) if copy is not None else ():

@@ -11,6 +11,7 @@ from mrm_mtlx.validation.checks.color_spaces import check_color_spaces
 from mrm_mtlx.validation.checks.connections import check_connection, check_graph_output
 from mrm_mtlx.validation.checks.cycles import check_cycles
 from mrm_mtlx.validation.checks.nodes import Spelling, check_node
+from mrm_mtlx.validation.checks.size import check_size
 from mrm_mtlx.validation.checks.values import check_form
 from mrm_mtlx.validation.findings import Finding, Severity, finding
 
@@ -42,6 +43,7 @@ def check_graph(document: mx.Document) -> list[Finding]:
     spelling = Spelling(document)
     for element in document.traverseTree():
         findings += _check_element(element, spelling)
+    findings += check_size(document)
     findings += check_color_spaces(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.library.flattening import flatten
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES
 from mrm_mtlx.validation.retro_checks import is_retroreflective
 
@@ -36,7 +37,10 @@ class Variant:
     def switched(self) -> mx.Document:
         """Another copy of the document, with the flag of the node on."""
         copy = self.element.getDocument().copy()
-        copy.getDescendant(self.name).setInputValue(FLAG, True)
+        node = copy.getDescendant(self.name)
+        if node.getInput(FLAG) is None and node.getChild(FLAG) is not None:
+            node.removeChild(FLAG)  # of the name, and no input
+        node.setInputValue(FLAG, True)
         return copy
 
     def uniform(self, shader: Shader) -> str | None:
@@ -51,14 +55,11 @@ def dissolved(document: mx.Document) -> mx.Document:
     Raises
     ------
     ValueError
-        If MaterialX cannot dissolve a graph; the message is its own.
+        As `library.flattening`.
     """
     copy = document.copy()
-    try:
-        for graph in [copy, *(c for c in copy.getChildren() if c.isA(mx.NodeGraph) and not c.getNodeDefString())]:
-            graph.flattenSubgraphs()
-    except Exception as error:  # MaterialX throws several unrelated types
-        raise ValueError(str(error)) from error
+    for graph in [copy, *(c for c in copy.getChildren() if c.isA(mx.NodeGraph) and not c.getNodeDefString())]:
+        flatten(graph)
     return copy
 
 

@@ -46,6 +46,7 @@ WRITTEN = {"INTERCHANGE_LEFT_OUT"}
 PATIENCE_S = 5.0
 
 LARGE = 100 * 2**20  # bytes
+TWENTY = 20  # definitions, whose number of nodes doubles with each
 
 
 def no_file(folder: Path, _: Path) -> Path:
@@ -61,6 +62,20 @@ def large_file(folder: Path, passes: Path) -> Path:
     path = folder / "triggers.mtlx"
     path.write_bytes(passes.read_bytes())
     os.truncate(path, LARGE)  # sparse: no disk is used
+    return path
+
+
+def definitions_of_definitions(folder: Path, passes: Path) -> Path:
+    """Twenty of them, each of which uses the one before it twice."""
+    text = passes.read_text(encoding="utf-8")
+    start, end = text.index('  <nodedef name="ND_whole"'), text.index("  <whole name=")
+    last, more = "whole", ""
+    for k in range(TWENTY):
+        more += text[start:end].replace("half", last).replace("ND_whole", f"ND_w{k}").replace("NG_whole", f"NG_w{k}")
+        more = more.replace('node="whole"', f'node="w{k}"')
+        last = f"w{k}"
+    path = folder / "triggers.mtlx"
+    path.write_text(text[:end] + more + text[end:].replace("whole", last), encoding="utf-8")
     return path
 
 
@@ -84,6 +99,7 @@ BUILT: dict[str, Callable[[Path, Path], Path]] = {
     "READ_FAILED": folder_of_a_folder,
     "READ_TOO_LARGE": large_file,
     "READ_ENCODING": latin_1,
+    "DOC_TOO_LARGE": definitions_of_definitions,
     "INTERCHANGE_INVALID": gltf_with_a_share_of_two,
 }
 

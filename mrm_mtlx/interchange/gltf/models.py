@@ -12,6 +12,7 @@ import numpy as np
 from mrm_mtlx.interchange.gltf.interfaces import source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.terms import Term, scalar, term
+from mrm_mtlx.library.flattening import flatten
 
 if TYPE_CHECKING:
     import MaterialX as mx
@@ -111,7 +112,11 @@ def _translated(document: mx.Document, node: Any, graph: str, target: str) -> An
             given.setNodeName(between.getName())
             given.setOutputString(output.getName())
     path = between.getNamePath()
-    parent.flattenSubgraphs("", lambda inner: inner.getNamePath() == path)
+    try:
+        flatten(parent, lambda inner: inner.getNamePath() == path)
+    except ValueError as error:
+        msg = f"{graph} cannot be flattened: {error}"
+        raise InexpressibleError(msg) from error
     return made
 
 

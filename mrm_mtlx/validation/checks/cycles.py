@@ -23,16 +23,16 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
     for start in nodes_of(document):
         if start.getNamePath() in depth:
             continue
-        open_nodes: list[tuple[Any, Iterator[Any]]] = [(start, iter(_upstream(start, graphs)))]
+        open_nodes: list[tuple[Any, Iterator[Any]]] = [(start, iter(upstream(start, graphs)))]
         on_path = {start.getNamePath()}
         while open_nodes:
-            node, upstream = open_nodes[-1]
+            node, waiting = open_nodes[-1]
             path = node.getNamePath()
-            following = next(upstream, None)
+            following = next(waiting, None)
             if following is None:
                 open_nodes.pop()
                 on_path.discard(path)
-                depth[path] = 1 + max((depth.get(n.getNamePath(), 0) for n in _upstream(node, graphs)), default=0)
+                depth[path] = 1 + max((depth.get(n.getNamePath(), 0) for n in upstream(node, graphs)), default=0)
                 if depth[path] > MAXIMUM_CHAIN:
                     message = f"the node ends a chain of more than {MAXIMUM_CHAIN} nodes"
                     yield finding("DOC_CYCLE", location(node), message)
@@ -46,7 +46,7 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
                 yield finding("DOC_CYCLE", location(node), message)
                 return
             if name not in depth:
-                open_nodes.append((following, iter(_upstream(following, graphs))))
+                open_nodes.append((following, iter(upstream(following, graphs))))
                 on_path.add(name)
 
 
@@ -61,7 +61,7 @@ def _defining_graphs(document: mx.Document) -> dict[str, list[Any]]:
     return graphs
 
 
-def _upstream(node: Any, graphs: dict[str, list[Any]]) -> list[Any]:
+def upstream(node: Any, graphs: dict[str, list[Any]]) -> list[Any]:
     """Nodes that a node depends on: through its connections, its graph's interface, and the graph that defines it."""
     found = []
     for given in node.getInputs():
