@@ -1,6 +1,6 @@
 """Benchmarks, which print tables; no test depends on them.
 
-`python benchmarks/run.py [oracle|mitsuba|surface|gl|validate|usd]...`
+`python benchmarks/run.py [oracle|mitsuba|surface|tolerance|gl|validate|usd]...`
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ CORPUS = next(p for p in (REPOSITORY.parent / "shared" / "corpus", REPOSITORY / 
 REPEATS = 5
 
 
-def best_time(function, repeats: int = REPEATS) -> float:
-    """Shortest of several wall-clock times in seconds."""
+def best_time(function, repeats: int = REPEATS, clock=time.perf_counter) -> float:
+    """Shortest of several times in seconds, by the wall's clock or another."""
     times = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = clock()
         function()
-        times.append(time.perf_counter() - start)
+        times.append(clock() - start)
     return min(times)
 
 
@@ -241,6 +241,57 @@ def evaluate_surface(every_lobe: bool) -> None:
     )
 
 
+# As many lobes of the other large model, and a metal alone.
+STANDARD = """<?xml version="1.0"?>
+<materialx version="1.39">
+  <standard_surface name="s" type="surfaceshader">
+    <input name="diffuse_roughness" type="float" value="0.4"/>
+    <input name="metalness" type="float" value="0.3"/>
+    <input name="specular_anisotropy" type="float" value="0.5"/>
+    <input name="transmission" type="float" value="0.2"/>
+    <input name="subsurface" type="float" value="0.3"/>
+    <input name="sheen" type="float" value="0.4"/>
+    <input name="coat" type="float" value="0.7"/>
+    <input name="thin_film_thickness" type="float" value="500"/>
+    <input name="emission" type="float" value="1"/>
+  </standard_surface>
+</materialx>
+"""
+METAL = """<?xml version="1.0"?>
+<materialx version="1.39">
+  <conductor_bsdf name="c" type="BSDF"><input name="roughness" type="vector2" value="0.1, 0.1"/></conductor_bsdf>
+  <surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="c"/></surface>
+</materialx>
+"""
+
+
+def tolerance() -> None:
+    """Processor seconds for the tolerances of surfaces, as a validation asks for them."""
+    import MaterialX as mx
+
+    from mrm_mtlx.library import load_library
+    from mrm_mtlx.reference import Environment, Illumination, Surface
+    from mrm_mtlx.validation import sampling
+
+    lit, few = 16384, 1024
+    rng = np.random.default_rng(0)
+    points = sampling.shading_points(rng, *sampling.sample_local(rng, lit))
+    around = Illumination(light=False, environment=Environment.constant((1.0, 0.75, 0.5), samples=16))
+    print(f"tolerances: {lit} samples under a light, {few} in surroundings by 16 directions, best of {REPEATS}")
+    for name, text in {"open_pbr_surface": OPEN_PBR, "standard_surface": STANDARD, "conductor_bsdf": METAL}.items():
+        document = mx.createDocument()
+        mx.readFromXmlString(document, text)
+        document.setDataLibrary(load_library().document)
+        model = Surface(document.getNode("s"))
+        part = points.part(slice(0, few))
+        times = (
+            best_time(lambda m=model: m.shade(points), clock=time.process_time),
+            best_time(lambda m=model: m.tolerance(points), clock=time.process_time),
+            best_time(lambda m=model, p=part: m.tolerance(p, around), clock=time.process_time),
+        )
+        print("  {:20} evaluated {:.3f} s, tolerance {:.3f} s, in surroundings {:.3f} s".format(name, *times))
+
+
 def gl() -> None:
     """Samples per second through the OpenGL engine."""
     from mrm_mtlx.engines import gl as engine
@@ -354,7 +405,15 @@ def _timed(command: list[str]) -> float:
         shutil.rmtree(cache)
 
 
-BENCHMARKS = {"oracle": oracle, "mitsuba": mitsuba, "surface": surface, "gl": gl, "validate": validate, "usd": usd}
+BENCHMARKS = {
+    "oracle": oracle,
+    "mitsuba": mitsuba,
+    "surface": surface,
+    "tolerance": tolerance,
+    "gl": gl,
+    "validate": validate,
+    "usd": usd,
+}
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["floor"]:

@@ -16,6 +16,8 @@ import numpy as np
 from mrm_mtlx.bsdf import fresnel
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
@@ -25,10 +27,9 @@ SERIES_TERMS = 2
 
 # Gaussian fits of the colour-matching functions (Belcour and Barla 2017, supplemental code): amplitude, position and
 # variance for X, Y, Z, and X's second lobe. Positions in 1/m, for phases in m.
-_AMPLITUDE = np.array([5.4856e-13, 4.4201e-13, 5.2481e-13])
-_POSITION = np.array([1.6810e06, 1.7953e06, 2.2084e06])
-_VARIANCE = np.array([4.3278e09, 9.3046e09, 6.6121e09])
-_X2_AMPLITUDE, _X2_POSITION, _X2_VARIANCE = 9.7470e-14, 2.2399e06, 4.5282e09
+_AMPLITUDE = np.array([5.4856e-13, 4.4201e-13, 5.2481e-13, 9.7470e-14])
+_POSITION = np.array([1.6810e06, 1.7953e06, 2.2084e06, 2.2399e06])
+_VARIANCE = np.array([4.3278e09, 9.3046e09, 6.6121e09, 4.5282e09])
 _NORMALISATION = 1.0685e-7
 
 # CIE XYZ to linear RGB for illuminant E.
@@ -132,10 +133,14 @@ def reflectance_xyz(
     top_parallel, top_perpendicular = fresnel.dielectric_polarized(c, eta)
     brewster = 1.0 / np.sqrt(1.0 + eta * eta)  # cos(atan(eta))
     phase_top_parallel = np.where(c < brewster, 0.0, np.pi)
-    parallel = _airy(top_parallel, substrate.parallel, path, phase_top_parallel + substrate.phase_parallel, rounding)
-    perpendicular = _airy(
-        top_perpendicular, substrate.perpendicular, path, np.pi + substrate.phase_perpendicular, rounding
-    )
+    omega = 2.0 * np.pi * path
+    envelopes = _envelopes(omega)
+
+    def reflected(top: Array, base: Array, phase: Array) -> Array:
+        return _airy(top, base, list(zip(envelopes, _cosines(omega, phase), strict=False)), rounding)
+
+    parallel = reflected(top_parallel, substrate.parallel, phase_top_parallel + substrate.phase_parallel)
+    perpendicular = reflected(top_perpendicular, substrate.perpendicular, np.pi + substrate.phase_perpendicular)
     return np.asarray(0.5 * (parallel + perpendicular))
 
 
@@ -144,7 +149,7 @@ def to_rgb(xyz: Array) -> Array:
     return np.asarray(np.clip(np.einsum("ij,j...->i...", XYZ_TO_RGB, xyz), 0.0, 1.0))
 
 
-def _airy(top: Array, base: Array, path: Array, phase: Array, rounding: float) -> Array:
+def _airy(top: Array, base: Array, series: Sequence[tuple[Array, Array]], rounding: float) -> Array:
     """Sum over the reflections in the film for one polarisation (Belcour and Barla 2017, eq. 10)."""
     transmitted = 1.0 - top
     direct = transmitted**2 * base / (1.0 - top * base)
@@ -157,24 +162,41 @@ def _airy(top: Array, base: Array, path: Array, phase: Array, rounding: float) -
         # substrate's, the base reflects nothing but noise, and its phase is noise too.
         slack = np.sqrt(product + rounding * (top + np.abs(base))) - round_trip
         total = total + 2.0 * np.abs(amplitude) * slack
-    for term in range(1, SERIES_TERMS + 1):
+    for envelope, cosine in series:
         amplitude = amplitude * round_trip
-        total = total + amplitude * 2.0 * _sensitivity(term * path, term * phase)
+        total = total + amplitude * 2.0 * _sensitivity(envelope, cosine)
     return np.asarray(total)
 
 
-def _sensitivity(path: Array, phase: Array) -> Array:
-    """Fourier transform of the colour-matching functions at a path difference, shape (3, ...)."""
-    omega = 2.0 * np.pi * path
-    shape = (3,) + (1,) * np.ndim(omega)
-    position, variance = _POSITION.reshape(shape), _VARIANCE.reshape(shape)
-    scale = (_AMPLITUDE * np.sqrt(2.0 * np.pi * _VARIANCE)).reshape(shape)
-    xyz = scale * np.cos(position * omega + phase) * np.exp(-variance * omega**2)
-    phase_x = np.broadcast_to(phase, xyz.shape)[0]
-    xyz[0] += (
-        _X2_AMPLITUDE
-        * np.sqrt(2.0 * np.pi * _X2_VARIANCE)
-        * np.cos(_X2_POSITION * omega + phase_x)
-        * np.exp(-_X2_VARIANCE * omega**2)
-    )
-    return np.asarray(xyz / _NORMALISATION)
+def _sensitivity(envelope: Array, cosine: Array) -> Array:
+    """Fourier transform of the colour-matching functions, shape (3, ...), from its four lobes."""
+    lobes = envelope * cosine
+    lobes[0] += lobes[3]
+    return np.asarray(lobes[:3])
+
+
+def _envelopes(omega: Array) -> list[Array]:
+    """Envelopes of the transform's lobes at multiples of a path difference, one per term of the series, (4, ...)."""
+    variance = _lobes(_VARIANCE, omega)
+    scale = _lobes(_AMPLITUDE * np.sqrt(2.0 * np.pi * _VARIANCE) / _NORMALISATION, omega)
+    return [scale * np.exp(-variance * np.square(term * omega)) for term in range(1, SERIES_TERMS + 1)]
+
+
+def _cosines(omega: Array, phase: Array) -> Iterator[Array]:
+    """Cosines of the transform's lobes at multiples of a path difference and phase, from the first on, (4, ...).
+
+    Those of multiples come from that of the angle, cos(k x) = 2 cos(x) cos((k - 1) x) - cos((k - 2) x): NumPy's own
+    takes longer than all the rest.
+    """
+    angle = _lobes(_POSITION, omega) * omega
+    shape = np.broadcast_shapes((3, *angle.shape[1:]), np.shape(phase))
+    once = np.cos(angle + np.broadcast_to(phase, shape)[[0, 1, 2, 0]])  # X has two lobes
+    before, cosine = np.ones(()), once
+    while True:
+        yield cosine
+        before, cosine = cosine, 2.0 * once * cosine - before
+
+
+def _lobes(numbers: Array, omega: Array) -> Array:
+    """Numbers of the transform's lobes, to be broadcast over path differences."""
+    return numbers.reshape(-1, *(1,) * np.ndim(omega))

@@ -27,7 +27,8 @@ from mrm_mtlx.reference.graph import (
 from mrm_mtlx.reference.interfaces import file_space, is_passed_over, value_space
 from mrm_mtlx.reference.models import OTHER_NUMBERS, SAME_MODEL
 from mrm_mtlx.reference.nodes import NODES, ShaderValue
-from mrm_mtlx.reference.rounding import EXACT, Move, value_sign
+from mrm_mtlx.reference.rounding import EXACT, VIEW, Move, value_sign
+from mrm_mtlx.reference.sharing import NotingLight, Values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -71,7 +72,8 @@ class Discrete:
 class Evaluation:
     """One pass over the graph for some samples; values are kept per node and scope, closures also per mode.
 
-    `images` gives the pixels of a file by its name in the document; `exact` holds what an exact evaluation decided.
+    `images` gives the pixels of a file by its name in the document; `exact` is the exact evaluation of the same
+    samples: what it decided, and its values that the move does not touch, are taken from there.
     """
 
     points: ShadingPoints
@@ -80,7 +82,7 @@ class Evaluation:
     illumination: Illumination = LIGHT
     images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None
     deviations: frozenset[Deviation] = frozenset()
-    exact: Discrete | None = None
+    exact: Evaluation | None = None
     discrete: Discrete = field(default_factory=Discrete)
     lobes: list[Facets] = field(default_factory=list)
     used: set[str] = field(default_factory=set)  # geometry, by the names of `frame`
@@ -92,7 +94,8 @@ class Evaluation:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
         view, light = unit(self.points.view.T), np.atleast_2d(self.points.light).T
-        at = Light(view, light, self.move.part, self.model)
+        self.values = Values(self.move, None if self.exact is None else self.exact.values)
+        at = NotingLight(view, light, self.move.part, self.model, values=self.values)
         self.light = at
         surroundings = self.illumination.environment
         modes = [] if surroundings is None else [Mode.INDIRECT, Mode.TRANSMISSION]
@@ -101,8 +104,8 @@ class Evaluation:
         frame = {"N": unit(normal), "T": unit(tangent), "B": unit(np.cross(normal, tangent, axis=0))}
         frame["P"] = self.points.position.T
         named = {f"{name}{space}": value for name, value in frame.items() for space in ("world", "object")}
-        self.frame = _Noting(named | {"UV0": self.points.texcoord.T, "Vworld": -view}, self.used)
-        self._values: dict[tuple[str, str, Mode | None], Value | dict[str, Value]] = {}
+        self.frame = _Noting(named | {"UV0": self.points.texcoord.T, "Vworld": -view}, self.used, self.values)
+        self._definitions: dict[tuple[str, str], Any] = {} if self.exact is None else self.exact._definitions
         self._numbers = 0  # rounded so far
         properties = self.points.properties
         self.properties = {name: self._rounded(np.asarray(v, dtype=float).T) for name, v in properties.items()}
@@ -117,7 +120,7 @@ class Evaluation:
         """A discrete result; see `Discrete`."""
         if value.ndim == 0 or value.shape[-1] == 1:
             if self.exact is not None:
-                return self.exact.settled.get(key, value)
+                return self.exact.discrete.settled.get(key, value)
             self.discrete.settled[key] = value
         else:
             self.discrete.varying = True
@@ -126,23 +129,29 @@ class Evaluation:
     def node_value(self, node: Any, output: str, scope: Scope, light: Light) -> Value:
         """Value of a node's output; the first one if `output` is empty."""
         path = (scope.path, str(node.getNamePath()))
-        value = self._values.get((*path, None))
-        if value is None:
-            value = self._values.get((*path, light.mode))
-        if value is None:
-            definition = node.getNodeDef()
-            mode = light.mode if _has_closures(definition) else None
-            value = self._values[*path, mode] = self._evaluate(node, definition, scope, light)
+        known = self.values.find((*path, None)) or self.values.find((*path, light.mode))
+        if known is None:
+            definition = self._definition(path, node)
+            key = (*path, light.mode if _has_closures(definition) else None)
+            known = self.values.make(key, lambda: self._evaluate(node, definition, scope, light))
+        value = self.values.take(known)
         if isinstance(value, dict):
-            return value[output] if output else next(iter(value.values()))
-        return value
+            return cast("Value", value[output] if output else next(iter(value.values())))
+        return cast("Value", value)
+
+    def _definition(self, path: tuple[str, str], node: Any) -> Any:
+        """A node's definition, which MaterialX takes its time to find."""
+        found = self._definitions.get(path)
+        if found is None:
+            found = self._definitions[path] = node.getNodeDef()
+        return found
 
     def _evaluate(self, node: Any, definition: Any, scope: Scope, light: Light) -> Value | dict[str, Value]:
         kinds = {str(out.getName()): str(out.getType()) for out in definition.getActiveOutputs()}
         if definition.getName() not in NODES:
             inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
             made = self._graph_values(defining_graph(definition), inner, light)
-            return {name: self._in_linear_color(v, node, kinds[name], scope, light) for name, v in made.items()}
+            return {name: self._in_linear_color(made[name], node, name, kinds[name], scope, light) for name in made}
         value = NODES[definition.getName()](_NodeInputs(self, node, definition, scope, light))
         if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:
             lit = np.any(value.response != 0.0)
@@ -151,8 +160,8 @@ class Evaluation:
             self.foreign.add(str(node.getCategory()))
         if isinstance(value, dict):
             return {name: self._rounded_value(v, kinds[name]) for name, v in value.items()}
-        kind = next(iter(kinds.values()))
-        return self._in_linear_color(self._rounded_value(value, kind), node, kind, scope, light)
+        output, kind = next(iter(kinds.items()))
+        return self._in_linear_color(self._rounded_value(value, kind), node, output, kind, scope, light)
 
     def _graph_values(self, graph: Any, scope: Scope, light: Light) -> dict[str, Value]:
         return {
@@ -165,7 +174,7 @@ class Evaluation:
             return value
         return self._rounded(value)
 
-    def _in_linear_color(self, value: Value, node: Any, kind: str, scope: Scope, light: Light) -> Value:
+    def _in_linear_color(self, value: Value, node: Any, output: str, kind: str, scope: Scope, light: Light) -> Value:
         """The value of a node that is given an image in a colour space: generators transform the colours it gives.
 
         That is the outermost node of colours that has the file, also where an image inside of its graph reads it.
@@ -173,15 +182,18 @@ class Evaluation:
         files = [given for given in node.getInputs() if given.getType() == "filename"]
         if not files or not kind.startswith("color"):
             return value
-        return self.linear_color(cast("Array", value), file_space(files[0], scope), node.getDocument(), light)
+        use = f"{scope.path}/{node.getNamePath()}:{output}"
+        return self.linear_color(cast("Array", value), file_space(files[0], scope), node.getDocument(), light, use)
 
-    def linear_color(self, value: Array, space: str, document: Any, light: Light) -> Array:
-        """Colours in linear Rec.709, through the graph that MaterialX has for their space; alpha stays."""
+    def linear_color(self, value: Array, space: str, document: Any, light: Light, use: str) -> Array:
+        """Colours in linear Rec.709, through the graph that MaterialX has for their space; alpha stays.
+
+        `use` tells apart the colours of an evaluation.
+        """
         definition = color_transform(document, space)
         if definition is None:
             return value
-        # One scope per use: values are kept by scope.
-        scope = Scope(f"{space}:{len(self._values)}", values={"in": value[:3]})
+        scope = Scope(f"{use}:{space}", values={"in": value[:3]}, needs=self.values.needs)
         made = self._graph_values(defining_graph(definition), scope, light)
         color = cast("Array", next(iter(made.values())))
         if len(value) == 3:
@@ -215,6 +227,7 @@ class Evaluation:
         self, name: str, given: Any, declared: Any, scope: Scope, light: Light, stored: bool
     ) -> Value | None:
         if name in scope.values:
+            self.values.note(scope.needs)
             return scope.values[name]
         outer_node = scope.node
         if outer_node is None:  # a graph of the document itself: the interface input carries the value
@@ -226,7 +239,8 @@ class Evaluation:
                 else self._held(interface, given, declared, scope, light, stored)
             )
         outer = scope.outer or Scope()
-        return self.input_value(outer_node, outer_node.getNodeDef(), name, outer, light, stored=stored)
+        definition = self._definition((outer.path, str(outer_node.getNamePath())), outer_node)
+        return self.input_value(outer_node, definition, name, outer, light, stored=stored)
 
     def _held(
         self, interface: Any, given: Any, declared: Any, scope: Scope, light: Light, stored: bool
@@ -237,7 +251,8 @@ class Evaluation:
         if stored or not interface.getType().startswith("color") or interface.getParent().isA(mx.NodeDef):
             return self._default(interface, scope, light, stored)
         number = cast("Array", self._default(interface, scope, light, stored=True))
-        return self.linear_color(number, value_space(interface, given), interface.getDocument(), light)
+        use = f"{scope.path}/{given.getNamePath()}"
+        return self.linear_color(number, value_space(interface, given), interface.getDocument(), light, use)
 
     def _default(self, declared: Any, scope: Scope, light: Light, stored: bool) -> Value | None:
         geometry = declared.getDefaultGeomPropString()
@@ -267,7 +282,8 @@ class Evaluation:
             number = np.array([[x] for x in value.asTuple()])
         number = self._written(np.asarray(number * unit_scale(element, declared), dtype=np.float32), scope)
         if kind.startswith("color") and not stored and not self._is_taken_as_it_is(element):
-            number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light)
+            use = f"{scope.path}/{element.getNamePath()}"
+            number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light, use)
         return self._rounded(number)
 
     def _written(self, number: NDArray[np.float32], scope: Scope) -> Array:
@@ -365,18 +381,22 @@ class _NodeInputs:
         self.evaluation.lobes.append(facets)
 
     def _value(self, name: str, *, stored: bool = False) -> Value | None:
-        return self.evaluation.input_value(self.node, self.definition, name, self.scope, self.light, stored=stored)
+        evaluation, at = self.evaluation, (self.node, self.definition, name, self.scope, self.light)
+        key = name, stored, self.light.mode
+        return evaluation.values.input(key, lambda: evaluation.input_value(*at, stored=stored))
 
 
 class _Noting(dict[str, "Array"]):
     """A dictionary that notes which of its entries were asked for."""
 
-    def __init__(self, entries: Mapping[str, Array], asked: set[str]) -> None:
+    def __init__(self, entries: Mapping[str, Array], asked: set[str], values: Values) -> None:
         super().__init__(entries)
-        self._asked = asked
+        self._asked, self._values = asked, values
 
     def __getitem__(self, name: str) -> Array:
         self._asked.add(name)
+        if name == "Vworld":
+            self._values.note((VIEW,))
         return super().__getitem__(name)
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def displaced(inputs: Inputs, value: Array, error: Array) -> Array:
     """The value, or in the move of the part "functions" one that is off by `error`."""
-    return value + error if inputs.light.part == "functions" else value
+    return value + error if inputs.light.moves("functions") else value
 
 
 def summed(inputs: Inputs, terms: Array) -> Array:

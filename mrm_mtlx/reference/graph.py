@@ -18,7 +18,8 @@ class Scope:
     """Where an element stands: inside which graph, and what is bound to the graph's interface.
 
     `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given
-    for interface names without a node. `shown` is the graph of the document whose output is shown, if it is one's.
+    for interface names without a node, and are made of `needs` (see `rounding.Move.touches`). `shown` is the graph of
+    the document whose output is shown, if it is one's.
     """
 
     path: str = ""
@@ -26,6 +27,7 @@ class Scope:
     outer: Scope | None = None
     values: Mapping[str, Value] = field(default_factory=dict)
     shown: Any = None
+    needs: frozenset[str] = frozenset()
 
 
 def shown(element: Any) -> tuple[Any, str] | None:

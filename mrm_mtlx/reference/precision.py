@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import thin_film
-from mrm_mtlx.bsdf.reflectance import Rounding
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
@@ -38,9 +37,6 @@ ULP = 2.0 * UNIT
 SINE_ERROR = 2.0**-11
 ARCTANGENT_ERROR = 4096.0 * ULP
 
-# By the name of the moved part, see rounding.PARTS.
-ROUNDINGS = {"modulus": Rounding(modulus=ROOT_ERROR), "product": Rounding(product=ROOT_ERROR)}
-
 
 def amplitude_error(reflectance: Array, cos_theta: Array, ior: Array) -> Array:
     """Error of a dielectric's reflectance per unit roundoff of g^2 = ior^2 + cos^2 - 1, which cancels for ior near 1.
@@ -61,7 +57,7 @@ def film_error(reflectance: Array, thickness_nm: Array, *, fast: bool) -> Array 
     """
     if not np.any(thickness_nm > 0.0):
         return 0.0
-    amplification = np.sum(np.abs(thin_film.XYZ_TO_RGB), axis=1)[:, None]
+    amplification = np.sum(np.abs(thin_film.XYZ_TO_RGB), axis=1).reshape(-1, *(1,) * (reflectance.ndim - 1))
     amplification = amplification * (UNIT + (FAST_EXPONENTIAL / ROUNDING_FACTOR if fast else 0.0))
     brightest = np.maximum(np.max(reflectance, axis=0, keepdims=True), 0.04)
     return np.asarray(np.where(thickness_nm > 0.0, amplification, 0.0) * brightest)

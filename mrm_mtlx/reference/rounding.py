@@ -8,6 +8,7 @@ result by a thousandth, and broad ones are judged alike.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,6 +44,9 @@ PARTS = {
     Model.CLOSURES: ("reflectance", "modulus", "product", "functions", "texture", "slope"),
 }
 
+# The directions, where it is told what a value is made of.
+VIEW, LIGHT_DIRECTION = "v", "l"  # as `closures.Light` names them
+
 # Patterns of signs by which the document's numbers and its nodes' values are rounded: all up, and by the lowest bits of
 # their order. Any two of them within a stretch of eight differ in a pattern, so that none cancels another in all.
 PATTERNS = (1, 2, 3, 4)
@@ -73,6 +77,15 @@ class Move:
     step: float = ROUNDING_FACTOR * UNIT
     part: str = ""
     factor: float = ROUNDING_FACTOR
+
+    def touches(self, needs: frozenset[str]) -> bool:
+        """Whether it moves something that is made of these: `VIEW`, `LIGHT_DIRECTION`, parts. Numbers are in all."""
+        return bool(self.values) or not needs.isdisjoint(self._moved)
+
+    @cached_property
+    def _moved(self) -> frozenset[str]:
+        directions = {VIEW: self.view, LIGHT_DIRECTION: self.light}
+        return frozenset({self.part} | {name for name, by in directions.items() if np.any(by)})
 
 
 EXACT = Move()

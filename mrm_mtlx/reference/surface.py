@@ -13,7 +13,7 @@ from mrm_mtlx.bsdf.blocks import BLOCK, processors
 from mrm_mtlx.reference.closures import Facets, Model
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.display import CHANNELS, SHADERS, displayed
-from mrm_mtlx.reference.evaluation import LIGHT, Discrete, Evaluation, Illumination
+from mrm_mtlx.reference.evaluation import LIGHT, Evaluation, Illumination
 from mrm_mtlx.reference.graph import Scope, connected_node, shown
 from mrm_mtlx.reference.nodes import ShaderValue
 from mrm_mtlx.reference.points import ShadingPoints
@@ -160,7 +160,7 @@ class Surface:
         if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
             chosen += opposite_moves()
         for move in chosen:
-            moved = self._color(points, illumination, move, exact.discrete)
+            moved = self._color(points, illumination, move, exact)
             with np.errstate(invalid="ignore"):
                 moved_by = np.where(moved == expected, 0.0, np.abs(moved - expected))
             # What a rounding makes undefined may be anything.
@@ -168,13 +168,13 @@ class Surface:
         return expected, allowed
 
     def _evaluation(
-        self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Discrete | None = None
+        self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Evaluation | None = None
     ) -> Evaluation:
         moved = points.moved(move.view, move.light)
         return Evaluation(moved, move, self._model, illumination, self._images, self._deviations, exact)
 
     def _color(
-        self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Discrete | None = None
+        self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Evaluation | None = None
     ) -> Array:
         return self._result(self._evaluation(points, illumination, move, exact))
 

@@ -14,8 +14,8 @@ from mrm_mtlx.reference.nodes import NODES
 # Graphs deeper than this are refused. Counted are nodes, and what a graph's interface depends on comes on top of the
 # graph: the deepest of the standard library, `ramp`, has 269.
 MAXIMUM_DEPTH = 400
-# A level takes up to eight of the interpreter's frames, of which it allows 1000 by default.
-sys.setrecursionlimit(max(sys.getrecursionlimit(), 10 * MAXIMUM_DEPTH + 1000))
+# A level takes up to sixteen of the interpreter's frames, of which it allows 1000 by default.
+sys.setrecursionlimit(max(sys.getrecursionlimit(), 20 * MAXIMUM_DEPTH + 1000))
 
 # Geometric properties that inputs have by default.
 GEOMETRY = ("Nworld", "Tworld", "Bworld", "Pworld", "Vworld", "Nobject", "Tobject", "Bobject", "Pobject", "UV0")

@@ -45,7 +45,7 @@ def oren_nayar(
         return opaque(np.zeros((3, 1)))
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
-    arccos_error = precision.ARCCOS_ERROR if light.part == "reflectance" else 0.0
+    arccos_error = precision.ARCCOS_ERROR if light.moves("reflectance") else 0.0
     if light.mode is Mode.INDIRECT:
         compensated = diffuse.compensated_oren_nayar_albedo(cos_v, roughness, color, arccos_error=arccos_error)
         plain = color * diffuse.oren_nayar_albedo_fit(cos_v, roughness)
@@ -105,17 +105,20 @@ def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
 
     over the middles of the steps (after Penner 2011, "Pre-integrated skin shading", with another profile).
     """
-    theta = np.arccos(np.clip(cos_l, -1.0, 1.0))
+    cos_l = np.clip(cos_l, -1.0, 1.0)
+    sin_l = np.sqrt(1.0 - np.square(cos_l))
     arcs = (np.arange(_STEPS) + 0.5) * (2.0 * np.pi / _STEPS) - np.pi
     chords = 2.0 * _FLAT_RADIUS * np.abs(np.sin(0.5 * arcs))
     weights = [diffusion_profile(chord, 1.0 / path) for chord in chords]
     total = sum(weights)
 
-    def mean(angle: Array | float = 0.0) -> Array:
-        lit = [np.maximum(np.cos(theta + angle + arc), 0.0) for arc in arcs]
-        return np.asarray(sum(w * c for w, c in zip(weights, lit, strict=True)) / (total * np.pi))
+    def lit(arc: float, turn: Array | float = 0.0) -> Array:
+        return np.maximum(cos_l * np.cos(arc + turn) - sin_l * np.sin(arc + turn), 0.0)
 
-    if light.part != "functions":
+    def mean(angle: Array | float = 0.0) -> Array:
+        return np.asarray(sum(w * lit(arc, angle) for w, arc in zip(weights, arcs, strict=True)) / (total * np.pi))
+
+    if not light.moves("functions"):
         return mean()
     # Of the steps, each on its own: the cosine, and the weight through the chord's sine and the profile's exponentials,
     # of which the slower one matters. A weight counts by how far its cosine is from the mean of all.
@@ -124,8 +127,8 @@ def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
     for arc, chord, weight in zip(arcs, chords, weights, strict=True):
         nearer = diffusion_profile(chord * (1.0 - SINE_ERROR / np.abs(np.sin(0.5 * arc))), 1.0 / path)
         off = nearer - weight + weight * exponential_error(1.0 + chord / (3.0 * path))
-        moved = moved + weight * SINE_ERROR + off * np.abs(np.maximum(np.cos(theta + arc), 0.0) - exact)
-    by_angle = widened(mean, angle=ARCTANGENT_ERROR * theta)
+        moved = moved + weight * SINE_ERROR + off * np.abs(lit(arc) - exact)
+    by_angle = widened(mean, angle=ARCTANGENT_ERROR * np.arccos(cos_l))
     return by_angle + moved / (total * np.pi * ROUNDING_FACTOR)
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import ggx
+from mrm_mtlx.bsdf.blocks import BLOCK
 from mrm_mtlx.reference.closures.light import EPSILON, Environment, dot, unit
 from mrm_mtlx.reference.precision import SINE_ERROR
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
@@ -33,21 +34,24 @@ def reflected_radiance(
     alpha_x: Array,
     alpha_y: Array,
     reflectance: Callable[[Array], Array],
-    part: str = "",
+    *,
+    functions: bool = False,
 ) -> Array:
     """Radiance that a lobe reflects to v, shape (3, samples); `frame` is tangent, bitangent, normal, in world space.
 
-    `part` is the moved part of the evaluation, see `rounding.Move`.
+    `functions`: with the built-in functions at the edge of their error.
     """
     local, cos_v, alpha, g1 = _prepare(v, frame, alpha_x, alpha_y)
+    every = local[:, None]
 
     def reflected(m: Array) -> Array:
-        l = 2.0 * dot(local, m) * m - local
+        along = dot(every, m)
+        l = 2.0 * along * m - every
         g2 = ggx.masking_shadowing_isotropic(cos_v, np.clip(l[2], EPSILON, 1.0), alpha)
-        f = reflectance(np.clip(dot(local, m), EPSILON, 1.0))
-        return np.asarray(environment.radiance(_to_world(l, frame)) * f * g2)
+        f = reflectance(np.clip(along, EPSILON, 1.0))
+        return _radiance(environment, l, frame) * f * g2
 
-    return _mean(reflected, local, alpha_x, alpha_y, environment.samples, part) / g1
+    return _mean(reflected, local, (alpha_x, alpha_y), environment.samples, functions=functions) / g1
 
 
 def refracted_radiance(
@@ -58,17 +62,19 @@ def refracted_radiance(
     alpha_y: Array,
     reflectance: Callable[[Array], Array],
     ior: Array | float,
-    part: str = "",
+    *,
+    functions: bool = False,
 ) -> Array:
     """Radiance that comes to v through a solid sphere, shape (3, samples): each facet lets 1 - F through, unmasked."""
     local, _, _, g1 = _prepare(v, frame, alpha_x, alpha_y)
+    every = local[:, None]
 
     def refracted(m: Array) -> Array:
-        l = through_sphere(-local, m, ior)
-        f = reflectance(np.clip(dot(local, m), EPSILON, 1.0))
-        return np.asarray(environment.radiance(_to_world(l, frame)) * (1.0 - f))
+        l = through_sphere(-every, m, ior)
+        f = reflectance(np.clip(dot(every, m), EPSILON, 1.0))
+        return _radiance(environment, l, frame) * (1.0 - f)
 
-    return _mean(refracted, local, alpha_x, alpha_y, environment.samples, part) / g1
+    return _mean(refracted, local, (alpha_x, alpha_y), environment.samples, functions=functions) / g1
 
 
 def refract(incident: Array, n: Array, eta: Array | float) -> Array:
@@ -101,34 +107,42 @@ def _prepare(
 
 
 def _mean(
-    term: Callable[[Array], Array], v: Array, alpha_x: Array, alpha_y: Array, count: int, part: str
+    term: Callable[[Array], Array], v: Array, widths: tuple[Array, Array], count: int, *, functions: bool
 ) -> Array | float:
     """Mean of what facets of GGX as seen from v show, by their normals in the local frame; of none, 0.
 
-    Normals are drawn from spherical caps (Dupuy and Benyoub 2023) at Fibonacci's points.
+    Normals are drawn from spherical caps (Dupuy and Benyoub 2023) at Fibonacci's points; as many at once, shape
+    (3, facets, samples), as come to a block of samples.
     """
-    stretched = unit(np.stack([v[0] * alpha_x, v[1] * alpha_y, v[2]]))
+    alpha_x, alpha_y = widths
+    stretched = unit(np.stack([v[0] * alpha_x, v[1] * alpha_y, v[2]]))[:, None]
 
-    def at(cos_phi: float, sin_phi: float, u: float) -> Array:
+    def at(cos_phi: Array, sin_phi: Array, u: Array) -> Array:
         z = (1.0 - u) * (1.0 + stretched[2]) - stretched[2]
         radius = np.sqrt(np.clip(1.0 - z * z, 0.0, 1.0))
         cap = np.stack([radius * cos_phi, radius * sin_phi, z]) + stretched
         return term(unit(np.stack([cap[0] * alpha_x, cap[1] * alpha_y, np.maximum(cap[2], 0.0)])))
 
     total = np.zeros(())
-    for index in range(count):
+    together = max(BLOCK // v.shape[-1], 1)
+    for first in range(0, count, together):
+        index = np.arange(first, min(first + together, count))[:, None]
         phi = 2.0 * np.pi * (index + 0.5) / count
         turns = (index + 1.0) * _GOLDEN_RATIO
-        point = np.array([np.cos(phi), np.sin(phi), turns % 1.0])
+        point = np.cos(phi), np.sin(phi), turns % 1.0
         value = at(*point)
-        total = total + value
-        if part == "functions":
+        total = total + np.sum(value, axis=1)
+        if functions:
             # Besides the built-in functions, the fraction: what is left of a number that has been rounded twice.
-            for error in np.diag([SINE_ERROR, SINE_ERROR, 2.0 * UNIT * turns]):
-                total = total + np.abs(at(*(point + error)) - value) / ROUNDING_FACTOR
+            for place, error in enumerate((SINE_ERROR, SINE_ERROR, 2.0 * UNIT * turns)):
+                moved = (p + error * (k == place) for k, p in enumerate(point))
+                total = total + np.sum(np.abs(at(*moved) - value), axis=1) / ROUNDING_FACTOR
     return total / max(count, 1)
 
 
-def _to_world(a: Array, frame: tuple[Array, Array, Array]) -> Array:
-    x, y, n = frame
-    return np.asarray(a[0] * x + a[1] * y + a[2] * n)
+def _radiance(environment: Environment, l: Array, frame: tuple[Array, Array, Array]) -> Array:
+    """Radiance from directions in the frame, shape (3, facets, samples), or (3, 1, 1) if all are alike."""
+    x, y, n = (axis[:, None] for axis in frame)
+    world = l[0] * x + l[1] * y + l[2] * n
+    seen = environment.radiance(world.reshape(3, -1))
+    return np.reshape(seen, world.shape) if seen.shape[-1] > 1 else seen[..., None]

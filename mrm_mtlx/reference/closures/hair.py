@@ -91,7 +91,7 @@ def chiang_hair(light: Light, fibre: Fibre) -> Closure:
         return opaque(dielectric(light, facets, np.ones((3, 1)), fibre.ior).response * tint)
     at = _geometry(light, fibre)
     # Each path on its own, so that what one loses by an error does not hide what another gains.
-    paths = (widened(partial(_path, at, fibre, path), **_errors(light.part, at, fibre, path)) for path in range(4))
+    paths = (widened(partial(_path, at, fibre, path), **_errors(light, at, fibre, path)) for path in range(4))
     return opaque(np.asarray(sum(paths) / (np.pi if fibre.as_written else 1.0)))
 
 
@@ -213,7 +213,7 @@ def _longitudinal(
     return np.asarray(value * (1.0 + exponentials * relative) + exponentials * SMALLEST)
 
 
-def _errors(part: str, at: _Geometry, fibre: Fibre, path: int) -> dict[str, Array | float]:
+def _errors(light: Light, at: _Geometry, fibre: Fibre, path: int) -> dict[str, Array | float]:
     """Errors of what `_path` displaces, in full, for a moved part.
 
     Those of the azimuth are joined to one: the lobe falls exponentially, so that their movements would multiply, and it
@@ -222,11 +222,11 @@ def _errors(part: str, at: _Geometry, fibre: Fibre, path: int) -> dict[str, Arra
     arcs = np.abs(at.phi)
     for times, sine in zip((2.0, 2.0 * path), _section(at, fibre.ior), strict=True):
         arcs = arcs + times * np.abs(np.arcsin(sine))
-    if part == "functions":
+    if light.moves("functions"):
         # Of sines and cosines of the cuticle's tilt; beyond pi, to which it goes for TRT, no bound is stated.
         tilt = {"sine": SINE_ERROR, "cosine": SINE_ERROR}
         return {"azimuth": ARCTANGENT_ERROR * arcs, "exponentials": 1.0, **tilt}
-    if part != "reflectance":
+    if not light.moves("reflectance"):
         return {}
     sin2, ior2 = np.square(at.sin_o), np.square(fibre.ior)
     cos_d = _root(1.0 - sin2) * at.cos_gamma

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from mrm_mtlx.bsdf.reflectance import EXACT, Rounding
-from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.models import Model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from mrm_mtlx.bsdf.arrays import Array
+
+_Result = TypeVar("_Result")
 
 # MaterialX's M_FLOAT_EPS.
 EPSILON = 1e-8
@@ -85,10 +85,17 @@ class Light:
     mode: Mode = Mode.REFLECTION
     environment: Environment | None = None
 
-    @property
-    def rounding(self) -> Rounding:
-        """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved."""
-        return precision.ROUNDINGS.get(self.part, EXACT)
+    def moves(self, part: str) -> bool:
+        """Whether this part of `rounding.PARTS` is to be taken at the edge of its error."""
+        return self.part == part
+
+    def kept(self, _name: str, function: Callable[[], _Result]) -> _Result:
+        """The function's result, an intermediate one that is kept by this name, one of its own in the closure.
+
+        An evaluation moved by a rounding takes it from the exact one where the move does not touch what it is made of:
+        what the closure has asked for before, and what the function asks for.
+        """
+        return function()
 
 
 def nothing() -> Closure:

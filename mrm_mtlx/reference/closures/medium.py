@@ -21,5 +21,5 @@ def absorbing(light: Light, absorption: Array) -> Closure:
     def transmitted(relative: Array | float = 0.0) -> Array:
         return np.asarray(np.exp(-absorption) * (1.0 + relative))
 
-    errors = {"relative": exponential_error(absorption)} if light.part == "functions" else {}
+    errors = {"relative": exponential_error(absorption)} if light.moves("functions") else {}
     return Closure(np.zeros((3, 1)), widened(transmitted, **errors))

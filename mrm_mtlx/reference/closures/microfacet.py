@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import albedo, fresnel, ggx
-from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
+from mrm_mtlx.bsdf.reflectance import Rounding, conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.closures.glossy import reflected_radiance, refracted_radiance
 from mrm_mtlx.reference.closures.light import (
@@ -29,6 +29,7 @@ from mrm_mtlx.reference.closures.light import (
     unit,
 )
 from mrm_mtlx.reference.models import Model
+from mrm_mtlx.reference.precision import ROOT_ERROR
 from mrm_mtlx.reference.rounding import UNIT
 
 if TYPE_CHECKING:
@@ -91,7 +92,8 @@ def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Cl
 
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
-        return conductor_reflectance(c, ior, extinction, *film, rounding=light.rounding)
+        n, k = _over(c, ior), _over(c, extinction)
+        return conductor_reflectance(c, n, k, *film, rounding=_rounding(light, facets, bare_modulus=True))
 
     seen = _evaluate(light, facets, _Interface(reflectance, lambda _a, _b: np.zeros(())))
     return Closure(seen.response, np.zeros((3, 1)), seen.foreign)
@@ -104,8 +106,8 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
 
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
-        seen = dielectric_reflectance(c, ior, *film, rounding=light.rounding)
-        return seen + precision.amplitude_error(seen, c, ior) if light.part == "reflectance" else seen
+        seen = dielectric_reflectance(c, ior, *film, rounding=_rounding(light, facets))
+        return seen + precision.amplitude_error(seen, c, ior) if light.moves("reflectance") else seen
 
     f0, tint = fresnel.reflectance_at_normal(ior), np.maximum(tint, 0.0)
     seen = _evaluate(light, facets, _Interface(reflectance, lambda a, b: a * f0 + b, ior, tint))
@@ -122,16 +124,17 @@ def generalized_schlick(
 
     def with_film(c: Array, film_ior: Array) -> Array:
         film = facets.thinfilm_thickness, film_ior
-        return schlick_reflectance(c, color0, color82, color90, exponent, *film, rounding=light.rounding)
+        colors = (_over(c, color) for color in (color0, color82, color90))
+        return schlick_reflectance(c, *colors, exponent, *film, rounding=_rounding(light, facets))
 
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)
-        if light.part == "reflectance":
-            rise, fast = np.abs(color90 - color0), light.model is Model.CLOSURES
+        if light.moves("reflectance"):
+            rise, fast = _over(c, np.abs(color90 - color0)), light.model is Model.CLOSURES
             moved = rise * precision.power_error(1.0 - c, exponent, fast=fast)
             # The reflectance at 82 degrees, of which the tint takes its share.
             at_82 = precision.power_error(np.asarray(1.0 - fresnel.COS_82), exponent, fast=fast)
-            moved = moved + rise * at_82 * np.abs(1.0 - color82) * fresnel.tint_shape(c)
+            moved = moved + rise * at_82 * _over(c, np.abs(1.0 - color82)) * fresnel.tint_shape(c)
             if np.any(facets.thinfilm_thickness > 0.0):
                 # The film's phase jumps by pi where its index is that of color0: there, a rounding decides.
                 for step in (-2.0 * UNIT, 2.0 * UNIT):
@@ -150,37 +153,45 @@ def generalized_schlick(
     return replace(seen, foreign=seen.foreign | {"color82"}) if tinted else seen
 
 
+def _over(cosine: Array, color: Array) -> Array:
+    """A colour of each sample, to go with cosines of each sample, shape (samples,), or of many, (facets, samples)."""
+    return color if cosine.ndim < 2 else color[:, None]
+
+
+def _rounding(light: Light, facets: Facets, *, bare_modulus: bool = False) -> Rounding:
+    """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved.
+
+    That is under a film, and in a metal (`bare_modulus`) without one as well.
+    """
+    filmed = bool(np.any(facets.thinfilm_thickness > 0.0))
+    return Rounding(
+        modulus=ROOT_ERROR if (filmed or bare_modulus) and light.moves("modulus") else 0.0,
+        product=ROOT_ERROR if filmed and light.moves("product") else 0.0,
+    )
+
+
 def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool = False) -> Closure:
     """Response and throughput of a lobe in the light's mode; `grey`: the throughput is the mean of the channels."""
-    turned = np.logical_and(facets.retroreflective, light.mode is not Mode.TRANSMISSION)
-    # v' = 2 (n.v) n - v, and n is turned to face it: n.v' = n.v, so it is the same turn as for v.
-    mirrored = 2.0 * dot(facets.normal, light.v) * facets.normal - light.v
-    v = np.where(turned, mirrored, light.v)
-    n = facing(facets.normal, v)
-    cos_v = cosine(n, v)
-    alpha_x, alpha_y = facets.widths
-    mean_alpha = np.sqrt(alpha_x * alpha_y)
-    a, b = albedo.albedo_factors(cos_v, mean_alpha)
-    if light.part == "albedo" and light.model is Model.HARDWARE:
-        a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
-    h = unit(v + light.l) if light.mode is Mode.REFLECTION else None
+    v, cos_v, frame = light.kept("frame", lambda: _frame(light, facets))
+    widths = facets.widths
+    mean_alpha = np.sqrt(widths[0] * widths[1])
+    a, b = light.kept("albedo", lambda: albedo.albedo_factors(cos_v, mean_alpha))
     reflectance = partial(_moved_reflectance, light, facets, interface)
-    f = reflectance(cos_v if h is None else cosine(v, h))
-    compensation = albedo.compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
-
-    x = unit(facets.tangent - dot(facets.tangent, n) * n)
-    y = np.cross(n, x, axis=0)
-    if h is not None:
-        response = f * compensation * _distributed(light, v, h, cos_v, (x, y, n), (alpha_x, alpha_y))
-    elif light.mode is Mode.INDIRECT:
-        at = environment(light)
-        response = compensation * reflected_radiance(at, v, (x, y, n), alpha_x, alpha_y, reflectance, light.part)
-    elif facets.scatter_mode == "R":
-        response = np.zeros((3, 1))
+    if light.mode is Mode.REFLECTION:
+        cos_m, lobe = light.kept("lobe", lambda: _distributed(light, v, cos_v, frame, widths))
     else:
-        at, turn = environment(light), (reflectance, interface.ior, light.part)
-        response = interface.tint * refracted_radiance(at, v, (x, y, n), alpha_x, alpha_y, *turn)
-
+        cos_m, lobe = cos_v, light.kept("lobe", lambda: _around(light, facets, interface, v, frame))
+    f = light.kept("reflectance", lambda: reflectance(cos_m))
+    if light.moves("albedo") and light.model is Model.HARDWARE:
+        a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
+    compensation = albedo.compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
+    match light.mode:
+        case Mode.REFLECTION:
+            response = f * compensation * lobe
+        case Mode.INDIRECT:
+            response = compensation * lobe
+        case Mode.TRANSMISSION:
+            response = lobe
     lost = interface.white(a, b) * compensation
     lost = np.mean(lost, axis=0, keepdims=True) if grey else lost
     on = facets.weight >= EPSILON
@@ -191,8 +202,20 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     )
 
 
+def _frame(light: Light, facets: Facets) -> tuple[Array, Array, tuple[Array, Array, Array]]:
+    """From where a lobe is seen, the cosine of that, and the frame about the normal that faces it."""
+    turned = np.logical_and(facets.retroreflective, light.mode is not Mode.TRANSMISSION)
+    v = light.v
+    if np.any(turned):
+        # v' = 2 (n.v) n - v, and n is turned to face it: n.v' = n.v, so it is the same turn as for v.
+        v = np.where(turned, 2.0 * dot(facets.normal, v) * facets.normal - v, v)
+    n = facing(facets.normal, v)
+    x = unit(facets.tangent - dot(facets.tangent, n) * n)
+    return v, cosine(n, v), (x, np.cross(n, x, axis=0), n)
+
+
 def _moved_reflectance(light: Light, facets: Facets, interface: _Interface, cos_m: Array) -> Array:
-    if light.part != "reflectance":
+    if not light.moves("reflectance"):
         return interface.reflectance(cos_m)
     # v.m is a sum of three rounded products, also where it is nearly 1 and no longer moves with v and l.
     f = interface.reflectance(cos_m - UNIT * cos_m)
@@ -200,18 +223,14 @@ def _moved_reflectance(light: Light, facets: Facets, interface: _Interface, cos_
 
 
 def _distributed(
-    light: Light,
-    v: Array,
-    h: Array,
-    cos_v: Array,
-    frame: tuple[Array, Array, Array],
-    widths: tuple[Array, Array],
-) -> Array:
-    """D G2 / (4 n.v): the lobe without its Fresnel term, times the cosine of l."""
+    light: Light, v: Array, cos_v: Array, frame: tuple[Array, Array, Array], widths: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """v.h, and D G2 / (4 n.v): the lobe without its Fresnel term, times the cosine of l."""
     x, y, n = frame
     alpha_x, alpha_y = widths
+    h = unit(v + light.l)
     hx, hy = dot(h, x), dot(h, y)
-    if light.part == "slope" and light.model is Model.CLOSURES:
+    if light.moves("slope") and light.model is Model.CLOSURES:
         # Renderers take an isotropic facet's slope from cos(n, m) alone: its square is what 1 leaves of cos^2.
         hx = np.where(alpha_x == alpha_y, np.sqrt(hx * hx + UNIT), hx)
     d = ggx.distribution(hx, hy, dot(h, n), alpha_x, alpha_y)
@@ -223,4 +242,15 @@ def _distributed(
         g = ggx.masking_shadowing(lambda_v, lambda_l) * (dot(n, light.l) > 0.0)
     else:
         g = ggx.masking_shadowing_isotropic(cos_v, cosine(n, light.l), np.sqrt(alpha_x * alpha_y))
-    return np.asarray(d * g / (4.0 * cos_v))
+    return cosine(v, h), np.asarray(d * g / (4.0 * cos_v))
+
+
+def _around(light: Light, facets: Facets, interface: _Interface, v: Array, frame: tuple[Array, Array, Array]) -> Array:
+    """What the lobe shows of its surroundings, reflected without the compensation, or refracted."""
+    if light.mode is Mode.TRANSMISSION and facets.scatter_mode == "R":
+        return np.zeros((3, 1))
+    at, functions = (environment(light), v, frame, *facets.widths), light.moves("functions")
+    reflectance = partial(_moved_reflectance, light, facets, interface)
+    if light.mode is Mode.INDIRECT:
+        return reflected_radiance(*at, reflectance, functions=functions)
+    return np.asarray(interface.tint * refracted_radiance(*at, reflectance, interface.ior, functions=functions))

@@ -54,12 +54,12 @@ def sheen(light: Light, mode: str, weight: Array, color: Array, roughness: Array
 
 def _albedo(light: Light, cos_v: Array, roughness: Array, mode: str) -> tuple[Array, Array]:
     """The fitted albedo, and its error in the moved part."""
-    rounding = UNIT if light.part == "albedo" else 0.0
+    rounding = UNIT if light.moves("albedo") else 0.0
     if mode == CONTY_KULLA:
         exact, moved = (cloth.fibre_albedo(cos_v, roughness, rounding=r) for r in (0.0, rounding))
         return exact, moved - exact
     # The exponential's error is 3 + 2 |exponent| ulp (GLSL 4.60, section 4.7.1).
-    exponential = 3.0 * ULP / ROUNDING_FACTOR if light.part == "functions" else 0.0
+    exponential = 3.0 * ULP / ROUNDING_FACTOR if light.moves("functions") else 0.0
     exact = cloth.ltc_albedo(cos_v, roughness)
     moved = cloth.ltc_albedo(cos_v, roughness, rounding=rounding, exponential_error=exponential)
     return exact, moved - exact
@@ -75,10 +75,10 @@ def _fibres(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
         value = cloth.fibre_distribution(np.clip(sin2_h + lost, 0.0, 1.0), roughness)
         return np.asarray(value + power * (1.0 + exponent) / np.pi + flushed)
 
-    if light.part == "reflectance":
+    if light.moves("reflectance"):
         # The sine is what 1 leaves of the squared cosine.
         d = widened(distribution, lost=2.0 * _COSINE_ERROR)
-    elif light.part == "functions":
+    elif light.moves("functions"):
         # The exponent's own error, of a division (2.5 ulp) and of a number, counts by log(sin2).
         # What is too small for float32 is 0: the power, and what follows from it.
         power = ROUNDING_FACTOR * power_error(sin2_h, exponent, fast=False) + SMALLEST
@@ -103,4 +103,4 @@ def _ltc(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
     def density(lost: float = 0.0) -> Array:
         return cloth.ltc_density(lx, ly, lz, a, cloth.ltc_shear(cos_v, roughness, lost=lost))
 
-    return widened(density, lost=_COSINE_ERROR) if light.part == "reflectance" else density()
+    return widened(density, lost=_COSINE_ERROR) if light.moves("reflectance") else density()

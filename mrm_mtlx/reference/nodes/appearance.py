@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def _functions(inputs: Inputs) -> float:
     """1 where what is moved is built-in functions and fitted formulas, else 0."""
-    return float(inputs.light.part == "functions")
+    return float(inputs.light.moves("functions"))
 
 
 @node("ND_roughness_anisotropy")

@@ -40,7 +40,8 @@ def _generalized_schlick(inputs: Inputs) -> Value:
         "reflectance": {"lost": ROUNDING_FACTOR * UNIT},
         "functions": {"power": ROUNDING_FACTOR * power_error(x, exponent, fast=False)},
     }
-    return np.asarray(inputs.emission("base") * widened(factor, **errors.get(light.part, {})))
+    moved = next((errors[part] for part in errors if light.moves(part)), {})
+    return np.asarray(inputs.emission("base") * widened(factor, **moved))
 
 
 @node("ND_mix_edf")

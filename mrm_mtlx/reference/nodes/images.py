@@ -68,7 +68,7 @@ def _closest(inputs: Inputs, pixels: NDArray[np.floating], uv: Array, modes: Add
 
 def _sampled(inputs: Inputs, at: Callable[..., Array], *ways: str) -> Array:
     """What is looked up; in the move of textures, what it may be off in these ways."""
-    return widened(at, **dict.fromkeys(ways, 1.0)) if inputs.light.part == "texture" else at()
+    return widened(at, **dict.fromkeys(ways, 1.0)) if inputs.light.moves("texture") else at()
 
 
 def _moved(pixels: NDArray[np.floating], uv: Array, ways: Mapping[str, Array | float], suffix: str = "") -> Array:
@@ -131,12 +131,11 @@ def _hextiled(inputs: Inputs, blended: Callable[[Tiles, Array], Array]) -> Array
             shown.append(texture_lookup.linear(pixels, place, AddressModes(), default))
         return blended(tiles, _stacked(shown))
 
-    match inputs.light.part:
-        case "functions":
-            return widened(at, **hextile.errors(coord))
-        case "texture":
-            of_tiles = (f"{name}_{tile}" for name in ("u", "v") for tile in range(hextile.TILES))
-            return widened(at, **dict.fromkeys(("u", "v", *of_tiles), 1.0))
+    if inputs.light.moves("functions"):
+        return widened(at, **hextile.errors(coord))
+    if inputs.light.moves("texture"):
+        of_tiles = (f"{name}_{tile}" for name in ("u", "v") for tile in range(hextile.TILES))
+        return widened(at, **dict.fromkeys(("u", "v", *of_tiles), 1.0))
     return at()
 
 

@@ -91,7 +91,7 @@ def _worley(inputs: Inputs, position: Array, components: int) -> Array:
 
 
 def _moved(inputs: Inputs) -> bool:
-    return inputs.light.part == "functions"
+    return inputs.light.moves("functions")
 
 
 def _missed(inputs: Inputs, value: Array, error: Array) -> Array:
