@@ -56,9 +56,10 @@ def write_materials(document: mx.Document, layer: Sdf.Layer, anchored: Callable[
     stage.SetDefaultPrim(root)
     if document.getColorSpace():  # as UsdMtlx does
         layer.customLayerData = {"colorSpace": document.getColorSpace()}
-    elements = renderable_elements(document)
+    # An output of another type is a pattern; what belongs to none of these is told by `remarks`.
+    elements = [e for e in renderable_elements(document) if e.getType() == "material" or e.getType() in TERMINALS]
     if not elements:
-        msg = "nothing in it can be rendered"
+        msg = "it has no material and no shader"
         raise ValueError(msg)
     elements += [node for node in document.getMaterialNodes() if node.getCategory() == "volumematerial"]
     writer = _Writer(document, stage, anchored)
