@@ -46,4 +46,5 @@ def is_passed_over(interface: Any, declared: Any, scope: Scope) -> bool:
     They do as they do with numbers given to a node; but not in the graph whose own output is shown.
     """
     graph = interface.getParent()
-    return bool(declared.getDefaultGeomPropString()) and graph.isA(mx.NodeGraph) and graph != scope.shown
+    is_default = bool(declared.getDefaultGeomPropString())
+    return is_default and bool(graph.isA(mx.NodeGraph)) and bool(graph != scope.shown)

@@ -54,6 +54,23 @@ NUMBERS = "".join(
 """
     for graph, exponent in (("g", 2), ("h", 0.5))
 )
+# A graph that is shown and takes a value from another one, each with an input of one name.
+INTERFACES = """
+  <nodegraph name="h">
+    <input name="share" type="float" value="0.7"/>
+    <multiply name="double" type="float">
+      <input name="in1" type="float" interfacename="share"/><input name="in2" type="float" value="2"/>
+    </multiply>
+    <output name="out" type="float" nodename="double"/>
+  </nodegraph>
+  <nodegraph name="g">
+    <input name="share" type="float" value="0.2"/><input name="other" type="float" nodegraph="h" output="out"/>
+    <add name="both" type="float">
+      <input name="in1" type="float" interfacename="share"/><input name="in2" type="float" interfacename="other"/>
+    </add>
+    <output name="out" type="float" nodename="both"/>
+  </nodegraph>
+"""
 # A colour in a graph whose file has the name of that of the graph around it.
 NESTED = """
   <nodedef name="ND_decal" node="decal">
@@ -94,6 +111,7 @@ NAMES, SPACE = Deviation.SHARED_NAMES, Deviation.INTERFACE_COLOR_SPACE
 CASES = {
     "images of one name": (TWO_GRAPHS + SUM + NODE, NAMES, ('value="2"', 'value="2.0001"')),
     "numbers of one name": (NUMBERS + SUM + NODE, NAMES, ("0.2, 0.4", "0.2, 0.4001")),
+    "interfaces of one name": (INTERFACES, NAMES, ('value="0.2"', 'value="0.2001"')),
     "a file of one name in two graphs": (NESTED, NAMES, ("srgb_texture", "gamma22")),
     "the space of a file": (HELD_FILE + GRAPH, SPACE, ("srgb_texture", "gamma22")),
     "the space of a color": (HELD_COLOR + GRAPH, SPACE, ("srgb_texture", "gamma22")),
@@ -119,7 +137,7 @@ def checked(gl, make_document, library, images):
 
     def check(text, drawn=""):
         documents = make_document(text), make_document(drawn or text)
-        (true, *_), (shown, *_) = (renderable_elements(d) for d in documents)
+        true, shown = (renderable_elements(d)[-1] for d in documents)
         expectation = Expectation(true, generator(0, "mends"), 256, images)
         shader = generate(shown, "glsl", library)
         mended = partial(mended_shaders, shown, library)
