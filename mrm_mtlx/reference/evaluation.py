@@ -13,20 +13,21 @@ import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.library.color_spaces import color_transform
-from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model, nothing
+from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model
 from mrm_mtlx.reference.closures.light import unit
+from mrm_mtlx.reference.constants import nothing_given, numbers, unit_scale
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.graph import (
     Scope,
     binding,
-    connected_node,
     defining_graph,
     interface_input,
     source,
 )
 from mrm_mtlx.reference.interfaces import file_space, is_passed_over, value_space
 from mrm_mtlx.reference.models import OTHER_NUMBERS, SAME_MODEL
-from mrm_mtlx.reference.nodes import NODES, ShaderValue
+from mrm_mtlx.reference.node_inputs import NodeInputs
+from mrm_mtlx.reference.nodes import NODES
 from mrm_mtlx.reference.rounding import EXACT, VIEW, Move, value_sign
 from mrm_mtlx.reference.sharing import NotingLight, Values
 
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference.nodes import Value
     from mrm_mtlx.reference.points import ShadingPoints
 
-# The unit that generators are asked for, see shadergen.generate.
-_TARGET_DISTANCE = "meter"
 # Types whose values are not numbers that float32 rounds.
 _UNROUNDED = ("integer", "boolean", "string", "filename")
 
@@ -94,12 +93,13 @@ class Evaluation:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
         view, light = unit(self.points.view.T), np.atleast_2d(self.points.light).T
-        self.values = Values(self.move, None if self.exact is None else self.exact.values)
+        self.values: Values = Values(self.move, None if self.exact is None else self.exact.values)
         at = NotingLight(view, light, self.move.part, self.model, values=self.values)
-        self.light = at
+        self.light: Light = at
         surroundings = self.illumination.environment
         modes = [] if surroundings is None else [Mode.INDIRECT, Mode.TRANSMISSION]
-        self.lights = [at] * self.illumination.light + [replace(at, mode=m, environment=surroundings) for m in modes]
+        around = [replace(at, mode=m, environment=surroundings) for m in modes]
+        self.lights: list[Light] = [*[at] * self.illumination.light, *around]
         normal, tangent = self.points.normal.T, self.points.tangent.T
         frame = {"N": unit(normal), "T": unit(tangent), "B": unit(np.cross(normal, tangent, axis=0))}
         frame["P"] = self.points.position.T
@@ -152,7 +152,7 @@ class Evaluation:
             inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
             made = self._graph_values(defining_graph(definition), inner, light)
             return {name: self._in_linear_color(made[name], node, name, kinds[name], scope, light) for name in made}
-        value = NODES[definition.getName()](_NodeInputs(self, node, definition, scope, light))
+        value = NODES[definition.getName()](NodeInputs(self, node, definition, scope, light))
         if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:
             lit = np.any(value.response != 0.0)
             value = replace(value, foreign=value.foreign | ({str(node.getCategory())} if lit else set()))
@@ -262,25 +262,15 @@ class Evaluation:
             return str(declared.getResolvedValueString())
         if declared.getValueString():
             return self._constant(declared, declared, scope, light, stored)
-        return _nothing_given(declared.getType())
+        return nothing_given(declared.getType())
 
     def _constant(self, element: Any, declared: Any, scope: Scope, light: Light, stored: bool) -> Value:
         kind = element.getType()
         if kind in ("string", "filename"):
             return str(element.getResolvedValueString())
-        value = element.getValue()
-        if kind == "boolean":
-            return np.asarray(bool(value))
-        if kind == "integer":
-            return np.asarray(float(value))
-        if kind == "float":
-            number = np.asarray(float(value))
-        elif kind.startswith("matrix"):
-            size = range(value.numRows())
-            number = np.array([[[value[row, column]] for column in size] for row in size])
-        else:
-            number = np.array([[x] for x in value.asTuple()])
-        number = self._written(np.asarray(number * unit_scale(element, declared), dtype=np.float32), scope)
+        if kind in ("boolean", "integer"):
+            return numbers(element)
+        number = self._written(np.asarray(numbers(element) * unit_scale(element, declared), dtype=np.float32), scope)
         if kind.startswith("color") and not stored and not self._is_taken_as_it_is(element):
             use = f"{scope.path}/{element.getNamePath()}"
             number = self.linear_color(number, element.getActiveColorSpace(), element.getDocument(), light, use)
@@ -305,87 +295,6 @@ class Evaluation:
         return Deviation.DEFAULT_COLORS in self.deviations
 
 
-@dataclass
-class _NodeInputs:
-    """`nodes.Inputs` of one node in one evaluation."""
-
-    evaluation: Evaluation
-    node: Any
-    definition: Any
-    scope: Scope
-    light: Light
-    _settled: int = 0
-
-    @property
-    def frame(self) -> Mapping[str, Array]:
-        return self.evaluation.frame
-
-    def geometric_property(self, name: str, default: Array) -> Array:
-        self.evaluation.asked[name] = str(self.definition.getType())
-        return self.evaluation.properties.get(name, default)
-
-    @property
-    def lights(self) -> list[Light]:
-        return self.evaluation.lights
-
-    def under(self, light: Light) -> _NodeInputs:
-        return replace(self, light=light)
-
-    def array(self, name: str) -> Array:
-        return cast("Array", self._value(name))
-
-    def stored(self, name: str) -> Array:
-        return cast("Array", self._value(name, stored=True))
-
-    def text(self, name: str) -> str:
-        return cast("str", self._value(name))
-
-    def image(self, name: str) -> NDArray[np.floating] | None:
-        file = self.text(name)
-        return self.evaluation.images(file) if file else None
-
-    def closure(self, name: str) -> Closure:
-        value = self._value(name)
-        return nothing() if value is None else cast("Closure", value)
-
-    def emission(self, name: str) -> Array:
-        value = self._value(name)
-        return np.zeros((3, 1)) if value is None else cast("Array", value)
-
-    def shader(self, name: str) -> ShaderValue:
-        value = self._value(name)
-        return ShaderValue(np.zeros((3, 1)), np.zeros((3, 1))) if value is None else cast("ShaderValue", value)
-
-    def discrete(self, value: Array) -> Array:
-        self._settled += 1
-        return self.evaluation.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
-
-    def is_connected(self, name: str) -> bool:
-        given = self.node.getInput(name)
-        if given is None:
-            return False
-        found = source(given, self.scope)
-        return bool(given.getInterfaceName()) if found is None else found[0].getCategory() != "constant"
-
-    def is_weighted(self, name: str) -> bool:
-        given = self.node.getInput(name)
-        node = None if given is None else connected_node(given)
-        definition = None if node is None else node.getNodeDef()
-        return definition is not None and definition.getActiveInput("weight") is not None
-
-    def deviates(self, deviation: Deviation) -> bool:
-        self.evaluation.met.add(deviation)
-        return deviation in self.evaluation.deviations
-
-    def note(self, facets: Facets) -> None:
-        self.evaluation.lobes.append(facets)
-
-    def _value(self, name: str, *, stored: bool = False) -> Value | None:
-        evaluation, at = self.evaluation, (self.node, self.definition, name, self.scope, self.light)
-        key = name, stored, self.light.mode
-        return evaluation.values.input(key, lambda: evaluation.input_value(*at, stored=stored))
-
-
 class _Noting(dict[str, "Array"]):
     """A dictionary that notes which of its entries were asked for."""
 
@@ -400,33 +309,6 @@ class _Noting(dict[str, "Array"]):
         return super().__getitem__(name)
 
 
-def _nothing_given(kind: str) -> Array | None:
-    """What generators give an input that has no value anywhere: zeros, a matrix of unity; None for closures."""
-    if kind.startswith("matrix"):
-        return np.eye(int(kind[-1]))[:, :, None]
-    if kind.startswith(("color", "vector")):
-        return np.zeros((int(kind[-1]), 1))
-    return np.asarray(False) if kind == "boolean" else np.zeros(()) if kind in ("float", "integer") else None
-
-
 def _has_closures(definition: Any) -> bool:
     """Whether a node's value depends on the mode: it is a closure itself. Shaders add up the modes."""
     return any(out.getType() in ("BSDF", "VDF") for out in definition.getActiveOutputs())
-
-
-def unit_scale(element: Any, declared: Any) -> float:
-    """Factor from the unit that a number is given in to the one it is wanted in, as MaterialX's generators convert it.
-
-    That is the unit of the definition, or for distances without one the metre.
-    """
-    given, kind = element.getUnit(), declared.getUnitType() or element.getUnitType()
-    wanted = declared.getUnit() or (_TARGET_DISTANCE if kind == "distance" else "")
-    if not given or not wanted or given == wanted:
-        return 1.0
-    units = _unit_scales(element.getDocument(), kind)
-    return units[given] / units[wanted]
-
-
-def _unit_scales(document: Any, kind: str) -> dict[str, float]:
-    converter = mx.LinearUnitConverter.create(document.getUnitTypeDef(kind))
-    return dict(converter.getUnitScale())

@@ -37,7 +37,8 @@ def file_space(given: Any, scope: Scope) -> str:
 
 def gives_colors(node: Any) -> bool:
     """Whether generators transform what a node gives by the colour space of its files."""
-    return node.getType().startswith("color") or node.getType() == "multioutput"
+    kind = str(node.getType())
+    return kind.startswith("color") or kind == "multioutput"
 
 
 def is_passed_over(interface: Any, declared: Any, scope: Scope) -> bool:

@@ -14,7 +14,7 @@ from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.interchange.usd.scope import TERMINALS, Scope, create_outputs, is_connected, reached_from
 from mrm_mtlx.interchange.usd.values import COLORED, SDF_TYPES, sdf_type, to_usd
 from mrm_mtlx.library.color_spaces import is_linear
-from mrm_mtlx.reference.evaluation import unit_scale
+from mrm_mtlx.reference.constants import unit_scale
 from mrm_mtlx.reference.graph import defining_graph
 from mrm_mtlx.shadergen import renderable_elements
 
