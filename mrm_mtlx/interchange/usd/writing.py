@@ -276,13 +276,14 @@ class _Writer:
     def _color_space(self, given: mx.Input, graph: mx.NodeGraph | None) -> str:
         """The colour space that has to be said with an input's value, "" for none.
 
-        An image is in the space of the node that reads it, also where the file's name comes through an interface; in
-        USD, in the space of what has the name. What is linear is so wherever the material goes.
+        An image whose file's name comes through an interface is in the space that is said there, or else in that of
+        the node that reads it; in USD, in the space of what has the name. What is linear is so wherever the material
+        goes.
         """
         if given.getType() not in COLORED or not (given.getValueString() or given.getInterfaceName()):
             return ""
         readers = [given]
-        if graph is not None and given.getType() == "filename":
+        if graph is not None and given.getType() == "filename" and not given.getColorSpace():
             inputs = [i for node in graph.getNodes() for i in node.getInputs()]
             readers = [i for i in inputs if i.getInterfaceName() == given.getName()]
         active = [reader.getActiveColorSpace() for reader in readers]
