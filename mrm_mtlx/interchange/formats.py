@@ -9,21 +9,31 @@ from typing import TYPE_CHECKING, NamedTuple
 from mrm_mtlx.library.writing import FileSet
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from mrm_mtlx.interchange.imported import Imported, Remark
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
 
+    # Reads a document of MaterialX that a file of another format refers to, or raises an UnreadableError.
+    DocumentReader = Callable[[Path, Reach], Imported]
+
 
 class Format(NamedTuple):
-    """A format, and the module that has its `read` and `write`, which is imported where it is used."""
+    """A format, and the module that has its `read` and `write`, which is imported where it is used.
+
+    Files of some formats may `refer` to documents of MaterialX.
+    """
 
     name: str
     suffixes: tuple[str, ...]
     module: str
+    refer: bool = False
 
-    def read(self, path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
+    def read(
+        self, path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader
+    ) -> Imported:
         """Read a file that nobody vouches for.
 
         Parameters
@@ -34,13 +44,16 @@ class Format(NamedTuple):
             Its definitions.
         scratch
             An existing empty folder for files that are inside of the file; it has to live as long as they are needed.
+        documents
+            Reads the documents that the file refers to.
 
         Raises
         ------
         UnreadableError
             If it cannot be read, for any reason that lies in the file.
         """
-        read: Imported = import_module(self.module).read(path, reach, library, scratch)
+        more = (documents,) if self.refer else ()
+        read: Imported = import_module(self.module).read(path, reach, library, scratch, *more)
         return read
 
     def write(self, source: Imported, path: Path, library: DataLibrary, *, force: bool = False) -> list[Remark]:
@@ -76,7 +89,7 @@ class Format(NamedTuple):
 DOCUMENT = Format("MaterialX", (".mtlx",), "mrm_mtlx.interchange.materialx")
 # Formats that are translated.
 TRANSLATED = (
-    Format("USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.interchange.usd"),
+    Format("USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.interchange.usd", refer=True),
     Format("glTF", (".gltf", ".glb"), "mrm_mtlx.interchange.gltf"),
 )  # fmt: skip
 # Endings of the files that a folder is searched for.

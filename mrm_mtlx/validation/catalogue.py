@@ -277,10 +277,10 @@ RULES: dict[str, Rule] = {
         Rule(
             "USD_MISSING",
             _ERROR,
-            "a layer of a stage does not exist",
-            "A sublayer, reference or payload of the stage names a file that is not there. The stage is read without "
-            "it. Materials that refer to it, or of which a prim around or in them does, are not checked; all others "
-            "are.",
+            "a layer of a stage is missing",
+            "A sublayer, reference or payload of the stage names a file that is not there, or a document of MaterialX "
+            "that is wrong. The stage is read without it. Materials that refer to it, or of which a prim around or in "
+            "them does, are not checked; all others are.",
             "Correct the name, or put the file where the name leads; other places are not searched.",
         ),
         Rule(

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import MaterialX as mx
 
 from mrm_mtlx.interchange.formats import DOCUMENT, format_of
-from mrm_mtlx.interchange.imported import Imported, UnreadableError
+from mrm_mtlx.interchange.imported import Imported, Remark, UnreadableError
 from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, read_regular
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.xml_scan import Include, ReadError, Scan, scan
@@ -74,10 +75,30 @@ def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path)
     if form is DOCUMENT:
         return _read_materialx(path, reach, library)
     try:
-        imported = form.read(path, reach, library, scratch)
+        imported = form.read(path, reach, library, scratch, partial(read_reference, library))
     except UnreadableError as error:
         raise ReadError(finding(*error.remark)) from error
     return imported, [finding(*remark) for remark in imported.remarks]
+
+
+def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Imported:
+    """Read a document that a file of another format refers to.
+
+    Raises
+    ------
+    UnreadableError
+        If it cannot be read.
+    """
+    try:
+        imported, findings = _read_materialx(path, reach, library)
+    except ReadError as error:
+        raise UnreadableError(_remark(error.finding)) from error
+    imported.remarks += [_remark(found) for found in findings]
+    return imported
+
+
+def _remark(found: Finding) -> Remark:
+    return Remark(found.code, found.location, found.message, found.hint)
 
 
 def in_file(found: Finding, imported: Imported) -> Finding:

@@ -6,6 +6,7 @@ import contextlib
 import random
 import struct
 import zipfile
+from functools import partial
 
 import pytest
 
@@ -13,6 +14,7 @@ from mrm_mtlx.interchange.imported import UnreadableError
 from mrm_mtlx.interchange.usd import packages, read
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.document import check_document
+from mrm_mtlx.validation.reading import read_reference
 from mrm_mtlx.validation.request import Request
 
 LAYER = "#usda 1.0\n"
@@ -42,7 +44,7 @@ def refused(library, tmp_path):
         scratch = tmp_path / "unpacked"
         scratch.mkdir()
         with pytest.raises(UnreadableError) as caught:
-            read(path, Reach.beside(path), library, scratch)
+            read(path, Reach.beside(path), library, scratch, partial(read_reference, library))
         assert caught.value.remark.code == "READ_FORMAT"
         assert str(path.parent) not in caught.value.remark.message
         return caught.value.remark.message
@@ -146,7 +148,7 @@ def test_a_package_that_does_not_begin_with_a_layer_is_refused(place, refused, f
 def test_text_in_a_package_that_is_nested_too_deeply_is_refused(package, library, tmp_path):
     path = package(**{"s.usda": LAYER + 'def "a" {\n' * 100_000})
     with pytest.raises(UnreadableError) as caught:
-        read(path, Reach.beside(path), library, tmp_path / "outside")
+        read(path, Reach.beside(path), library, tmp_path / "outside", partial(read_reference, library))
     assert caught.value.remark.code == "READ_TOO_DEEP"
 
 

@@ -8,13 +8,16 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from functools import partial
 
 import pytest
 from pxr import Sdf
 
 from mrm_mtlx.interchange.imported import UnreadableError
 from mrm_mtlx.interchange.usd import read
+from mrm_mtlx.interchange.usd.opening import open_stage
 from mrm_mtlx.library.files import Reach
+from mrm_mtlx.validation.reading import read_reference
 
 HEAD = "#usda 1.0\n"
 # Names of the layer outside, or of one in a package outside, as attributes and arcs may have them.
@@ -50,7 +53,7 @@ def opened(library, tmp_path):
         scratch = tmp_path / "scratch"
         shutil.rmtree(scratch, ignore_errors=True)
         scratch.mkdir()
-        return read(path, Reach.beside(path), library, scratch)
+        return read(path, Reach.beside(path), library, scratch, partial(read_reference, library))
 
     return run
 
@@ -90,10 +93,11 @@ def test_a_layer_in_the_current_folder_or_on_usds_search_path_is_not_found(place
     path = place.write("s.usda", HEAD + 'def "a" (\n references = @b.usda@</A>\n) {\n}\n')
     (remark,) = [remark for remark in opened(path).remarks if remark.code == "USD_MISSING"]
     assert remark.place == "/a"
-    code = "import sys, pathlib; from mrm_mtlx.interchange.usd import read; from mrm_mtlx.library import load_library\n"
+    code = "import sys, pathlib; from mrm_mtlx.validation.reading import read_document\n"
+    code += "from mrm_mtlx.library import load_library\n"
     code += "from mrm_mtlx.library.files import Reach\n"
     code += "path, scratch = map(pathlib.Path, sys.argv[1:])\n"
-    code += "print(read(path, Reach.beside(path), load_library(), scratch).remarks)"
+    code += "print(read_document(path, Reach.beside(path), load_library(), scratch)[0].remarks)"
     (place.folder.parent / "empty").mkdir()
     environment = os.environ | {"PXR_AR_DEFAULT_SEARCH_PATH": str(place.outside)}
     command = [sys.executable, "-c", code, str(path), str(place.folder.parent / "empty")]
@@ -183,7 +187,7 @@ def test_a_deletion_of_a_reference_that_is_there_counts_and_one_of_a_file_outsid
     assert len(opened(place.write("s.usda", over.format("../outside/secret.usda"))).document.getMaterialNodes()) == 1
 
 
-def test_offsets_of_sublayers_stay(place, opened):
+def test_offsets_of_sublayers_stay(place, library):
     place.write(
         "b.usda", HEAD + 'over "M" {\n over "s" {\n float inputs:opacity.timeSamples = {\n 0: 0.5,\n 9: 1\n }\n }\n}\n'
     )
@@ -192,9 +196,9 @@ def test_offsets_of_sublayers_stay(place, opened):
     )
     text += ' token outputs:mtlx:surface.connect = </M/s.outputs:out>\n def Shader "s" {\n'
     text += ' uniform token info:id = "ND_surface"\n float inputs:opacity = 0.25\n token outputs:out\n }\n}\n'
-    from mrm_mtlx.interchange.usd.opening import open_stage
-
-    (place.folder.parent / "empty").mkdir()
-    stage = open_stage(place.write("s.usda", text), Reach.only(place.folder), place.folder.parent / "empty").stage
+    empty = place.folder.parent / "empty"
+    empty.mkdir()
+    path = place.write("s.usda", text)
+    stage = open_stage(path, Reach.only(place.folder), empty, library, partial(read_reference, library)).stage
     layer = stage.GetRootLayer()
     assert [offset.offset for offset in layer.subLayerOffsets] == [5.0, 100.0]

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 from pxr import Ar, Sdf, Tf, Usd
 
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
+from mrm_mtlx.interchange.usd.documents import MATERIALS, open_document
+from mrm_mtlx.interchange.usd.documents import SUFFIX as DOCUMENT_SUFFIX
 from mrm_mtlx.interchange.usd.layers import MAXIMUM_BYTES, PACKAGE_SUFFIX, SUFFIXES, check_file, open_layer
 from mrm_mtlx.interchange.usd.packages import Package, unpack
 from mrm_mtlx.interchange.usd.standins import StandIns
@@ -26,6 +28,9 @@ from mrm_mtlx.library.files import Reach
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.interchange.formats import DocumentReader
+    from mrm_mtlx.library import DataLibrary
 
 MAXIMUM_LAYERS = 1024
 # What USD's validator of names says of one that leads to no file.
@@ -73,6 +78,14 @@ class Stage:
         """Name of a missing layer that might say something of a prim; "" for none."""
         return self._scan.standins.lacking(prim)
 
+    def lacking_at(self, path: Sdf.Path) -> str:
+        """The same of what stands at a path, or would."""
+        prim = self.stage.GetPrimAtPath(path.GetPrimPath())
+        while not prim and path != Sdf.Path.absoluteRootPath:
+            path = path.GetParentPath()
+            prim = self.stage.GetPrimAtPath(path.GetPrimPath())
+        return self.lacking(prim) if prim and not prim.IsPseudoRoot() else ""
+
     def problems(self, images: set[Path]) -> Iterator[tuple[str, str, str]]:
         """What those of USD's validators that open files would say: kind, place and message; not of `images`."""
         for package in self._scan.packages.values():
@@ -83,15 +96,24 @@ class Stage:
                 yield _UNRESOLVED, place, f"Found unresolvable external dependency '{name}'."
 
 
-def open_stage(path: Path, reach: Reach, scratch: Path) -> Stage:
-    """Open a stage, all of whose files lie within reach; packages are unpacked in `scratch`.
+def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary, documents: DocumentReader) -> Stage:
+    """Open a stage, all of whose files lie within reach.
+
+    Parameters
+    ----------
+    path, reach
+        Its file, and where names of files lead.
+    scratch
+        Packages are unpacked there.
+    library, documents
+        The definitions, and what reads documents of MaterialX that are referred to.
 
     Raises
     ------
     UnreadableError
         If a file of it cannot be read or lies outside, or if it is too large.
     """
-    scan = _Scan(path.resolve(), reach, scratch.resolve())
+    scan = _Scan(path.resolve(), reach, scratch.resolve(), library, documents)
     with silenced():
         layer = scan.run()
         try:
@@ -112,8 +134,12 @@ class _Origin:
 class _Scan:
     """The layers of a stage, each read once; their names are the absolute paths of their files."""
 
-    def __init__(self, path: Path, reach: Reach, scratch: Path) -> None:
+    def __init__(
+        self, path: Path, reach: Reach, scratch: Path, library: DataLibrary, documents: DocumentReader
+    ) -> None:
         self._path, self._reach, self.scratch = path, reach.at(path.parent), scratch
+        self._library, self._read_document = library, documents
+        self._documents: dict[str, str] = {}
         self._layers: dict[str, Layer] = {}
         self.origins: dict[str, _Origin] = {}
         self._acyclic: set[str] = set()
@@ -197,6 +223,7 @@ class _Scan:
                     raise UnreadableError(too_deep(place))
                 found = target(arc.assetPath, place) if arc.assetPath else str(origin.file)
                 self.standins.define(found, arc.primPath)
+                self._define_in_document(found, arc.primPath, place)
                 entry.arcs.append(Arc(number, found, arc.primPath, instance))
             for path in (*_items(spec.inheritPathList), *_items(spec.specializesList)):
                 entry.arcs.append(Arc(number, "", path, instance))
@@ -227,9 +254,55 @@ class _Scan:
             return self.standins.add(name, missing=True)
         if found.file.suffix.lower() in SUFFIXES:
             return self._whole(found, place)
+        if found.file.suffix.lower() == DOCUMENT_SUFFIX:
+            return self._document(found, name, place)
         message = f"'{name}' is no file of USD and is not opened; check it by itself"
         self.remarks.append(Remark("INTERCHANGE_LOST", place, message))
         return self.standins.add(name, missing=False)
+
+    def _document(self, found: _Origin, name: str, place: str) -> str:
+        """What stands for a document of MaterialX: a layer of its materials, if it can be read."""
+        key = str(found.file)
+        if key not in self._documents:
+            self._documents[key] = self._opened_document(found, name, place)
+        return self._documents[key]
+
+    def _opened_document(self, found: _Origin, name: str, place: str) -> str:
+        self._weigh(found.file, place)
+        reach = (self._reach if found.package is None else Reach.only(found.package.folder)).at(found.file.parent)
+
+        def named(path: str) -> str:
+            return self._asset(found, path, place)
+
+        try:
+            layer, remarks = open_document(found.file, reach, self._read_document, self._library, named)
+        except UnreadableError as error:
+            where = f"{error.remark.place}: " if error.remark.place else ""
+            message = f"the document '{name}' is wrong: {where}{error.remark.message}; check it by itself"
+            self.remarks.append(Remark("USD_MISSING", place, message))
+            return self.standins.add(name, missing=True)
+        except ValueError as error:
+            self.remarks.append(Remark("INTERCHANGE_LOST", place, f"the document '{name}' is left out: {error}"))
+            return self.standins.add(name, missing=False)
+        self.remarks += [
+            Remark(remark.code, place, f"'{name}' at {remark.place}: {remark.message}", remark.hint)
+            for remark in remarks
+        ]
+        entry = self._layers[str(found.file)] = Layer(layer)
+        self.origins[layer.identifier] = found
+        for _ in entry.prims():
+            pass
+        return str(found.file)
+
+    def _define_in_document(self, target: str, path: Sdf.Path, place: str) -> None:
+        """Let a document have what a reference names beside its materials, without anything in it."""
+        if target not in self._documents or target not in self._layers:
+            return
+        layer = self._layers[target].layer
+        if path.IsPrimPath() and not path.HasPrefix(MATERIALS) and not layer.GetPrimAtPath(path):
+            Sdf.CreatePrimInLayer(layer, path)
+            message = f"of '{Path(target).name}', {path} is not read; its materials lie in {MATERIALS}"
+            self.remarks.append(Remark("INTERCHANGE_LOST", place, message))
 
     def _located(self, origin: _Origin, name: str, place: str) -> _Origin:
         """The file that a name in a layer means, which lies inside; it need not be there."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from mrm_mtlx.interchange.formats import DocumentReader
     from mrm_mtlx.interchange.usd.opening import Stage
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
@@ -29,10 +30,10 @@ if TYPE_CHECKING:
 MAXIMUM_VARIANTS = 64
 
 
-def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
+def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Imported:
     """Read the materials of a stage that have a MaterialX network; see `interchange.formats`."""
     try:
-        return _read(path, reach, library, scratch)
+        return _read(path, reach, library, scratch, documents)
     except UnicodeDecodeError as error:
         message = f"a text in {path.name} is not UTF-8: byte 0x{error.object[error.start]:02x}"
         raise UnreadableError(Remark("READ_ENCODING", "", message)) from error
@@ -40,8 +41,8 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Impor
         raise UnreadableError(Remark("READ_FORMAT", "", f"{path.name}: {said(error)}")) from error
 
 
-def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
-    opened = open_stage(path, reach, scratch)
+def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Imported:
+    opened = open_stage(path, reach, scratch, library, documents)
     stage, remarks = opened.stage, opened.remarks
     assets = Assets(opened)
     translation = Translation(_document(stage, library), library, assets.name)
@@ -50,7 +51,7 @@ def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Impo
     with silenced():  # USD prints what it cannot compose, which is said here
         _translate_variants(opened, translation, known)
     remarks += translation.remarks
-    remarks += validator_remarks(stage, library, opened.problems(assets.seen))
+    remarks += validator_remarks(opened, library, assets.seen)
     return Imported(
         translation.document,
         translation.places,
@@ -102,7 +103,7 @@ def _lacks(opened: Stage, material: UsdShade.Material, translation: Translation,
     """Whether a material depends on a layer that is missing; it is said, and what is there of it is not checked."""
     name = opened.lacking(material.GetPrim())
     if name:
-        message = f"the material depends on the file '{name}', which does not exist; it is not checked"
+        message = f"the material depends on '{name}', which is not there or is wrong; it is not checked"
         translation.remarks.append(Remark("USD_MISSING", place, message))
     return bool(name)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 from pxr import Sdf, Tf, UsdShade, UsdValidation
@@ -13,10 +14,10 @@ from mrm_mtlx.interchange.usd.versions import earlier_definition
 from mrm_mtlx.library.console import silenced
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
+    from pathlib import Path
 
-    from pxr import Usd
-
+    from mrm_mtlx.interchange.usd.opening import Stage
     from mrm_mtlx.library import DataLibrary
 
 # A USD without UsdMtlx has no registry of MaterialX's nodes, and says so of every shader; see docs/usd.md.
@@ -27,25 +28,24 @@ _OPENING = "usdUtilsValidators:"
 MAXIMUM_OF_A_KIND = 10
 
 
-def validator_remarks(stage: Usd.Stage, library: DataLibrary, problems: Iterable[tuple[str, str, str]]) -> list[Remark]:
+def validator_remarks(opened: Stage, library: DataLibrary, images: set[Path]) -> list[Remark]:
     """Errors and warnings of the validators, by kind and place.
 
     Left out are `NOISE` about ids that the library has a definition of (what is checked with it says more), and what
-    is found elsewhere, such as circles of references. `problems` are errors of the validators that are not asked: kind,
-    place and message.
+    is found elsewhere: circles of references, materials that are not there for want of a file, and missing `images`.
     """
     with silenced():
         try:
-            errors = UsdValidation.ValidationContext(_validators()).Validate(stage)
+            errors = UsdValidation.ValidationContext(_validators()).Validate(opened.stage)
         except Tf.ErrorException as stopped:
             return [Remark("USD_VALIDATOR", "", f"USD's validators stopped: {said(stopped)}")]
     found: dict[tuple[str, str], set[tuple[str, str]]] = {}
     for error in errors:
         code = _CODES.get(error.GetType())
-        if code is not None and not _is_known(error, library):
+        if code is not None and not _is_known(error, library, opened):
             message = _ABSOLUTE.sub(r"'\1'", said(error.GetMessage()))
             found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), message))
-    for kind, place, text in problems:
+    for kind, place, text in opened.problems(images):
         found.setdefault(("USD_VALIDATOR", kind), set()).add((place, text))
     return [remark for kind in sorted(found) for remark in _listed(*kind, sorted(found[kind]))]
 
@@ -63,11 +63,17 @@ def _validators() -> list[Any]:
     return [v for v in validators if not v.GetMetadata().name.startswith(_OPENING)]
 
 
-def _is_known(error: Any, library: DataLibrary) -> bool:
+def _is_known(error: Any, library: DataLibrary, opened: Stage) -> bool:
     if error.GetIdentifier() != NOISE:
-        return bool(error.GetMessage().startswith("Cycle detected"))
+        return error.GetMessage().startswith("Cycle detected") or any(map(_lacks, error.GetSites(), repeat(opened)))
     ids = [UsdShade.Shader(site.GetProperty().GetPrim()).GetIdAttr().Get() for site in error.GetSites()]
     return bool(ids) and all(_is_defined(identifier or "", library) for identifier in ids)
+
+
+def _lacks(site: Any, opened: Stage) -> bool:
+    """Whether a site is a relationship, as to a material, with a target that is not there for want of a file."""
+    relationship = site.IsProperty() and site.GetProperty().GetPrim().GetRelationship(site.GetProperty().GetName())
+    return bool(relationship) and any(map(opened.lacking_at, relationship.GetTargets()))
 
 
 def _is_defined(identifier: str, library: DataLibrary) -> bool:

@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
 # The prim that holds the materials, and is the stage's default.
-MATERIALS = "Materials"
+MATERIALS = Sdf.Path("/Materials")
 # Nodes whose definition lies in the document become graphs within graphs; beyond this they are no material.
 MAXIMUM_PRIMS = 100_000
 
 
-def write_materials(document: mx.Document, layer: Sdf.Layer, anchored: Callable[[str], str]) -> list[Remark]:
+def write_materials(
+    document: mx.Document, layer: Sdf.Layer, anchored: Callable[[str], str], below: Sdf.Path = MATERIALS
+) -> list[Remark]:
     """Write all renderable elements of a valid document as materials.
 
     Parameters
@@ -38,6 +40,8 @@ def write_materials(document: mx.Document, layer: Sdf.Layer, anchored: Callable[
         An empty layer.
     anchored
         Function from a file's name in the document to its name in the layer.
+    below
+        The prim that the materials lie in.
 
     Returns
     -------
@@ -52,8 +56,8 @@ def write_materials(document: mx.Document, layer: Sdf.Layer, anchored: Callable[
     stage = Usd.Stage.Open(layer)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
-    root = UsdGeom.Scope.Define(stage, f"/{MATERIALS}").GetPrim()
-    stage.SetDefaultPrim(root)
+    root = UsdGeom.Scope.Define(stage, below).GetPrim()
+    stage.SetDefaultPrim(stage.GetPrimAtPath(below.GetPrefixes()[0]))
     if document.getColorSpace():  # as UsdMtlx does
         layer.customLayerData = {"colorSpace": document.getColorSpace()}
     # An output of another type is a pattern; what belongs to none of these is told by `remarks`.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.drawing import DocumentImages
-from mrm_mtlx.validation.reading import read_document
+from mrm_mtlx.validation.reading import read_document, read_reference
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,7 +56,7 @@ def stage_of(library: DataLibrary, tmp_path: Path, usda: Callable[..., Path]) ->
 
     def run(prims: str | Path) -> Imported:
         path = usda(prims) if isinstance(prims, str) else prims
-        return read(path, Reach.beside(path), library, _scratch(tmp_path))
+        return read(path, Reach.beside(path), library, _scratch(tmp_path), partial(read_reference, library))
 
     return run
 

@@ -203,10 +203,10 @@ def test_the_weight_of_a_stage_counts_what_is_shared_once(usda, stage_of, monkey
 
 
 def test_other_formats_are_named_and_not_opened(stage_of, tmp_path):
-    (tmp_path / "a.mtlx").write_text('<materialx version="1.39" />')
-    (remark,) = stage_of('def "M" (\n references = @./a.mtlx@\n) {\n}\n').remarks
+    (tmp_path / "a.obj").write_text("v 0 0 0")
+    (remark,) = stage_of('def "M" (\n references = @./a.obj@\n) {\n}\n').remarks
     assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/M")
-    assert "'./a.mtlx' is no file of USD" in remark.message
+    assert "'./a.obj' is no file of USD" in remark.message
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")

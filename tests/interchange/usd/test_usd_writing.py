@@ -7,11 +7,11 @@ import zipfile
 import pytest
 from pxr import Sdf, Usd, UsdShade
 
-from mrm_mtlx.interchange import usd
 from mrm_mtlx.interchange.formats import format_of
 from mrm_mtlx.interchange.imported import Imported
 from mrm_mtlx.interchange.usd import saving, writing
 from mrm_mtlx.library.files import Reach
+from mrm_mtlx.validation.reading import read_document
 
 LEAF = '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{}</oren_nayar_diffuse_bsdf>'
 USE = (
@@ -141,7 +141,7 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
             assert (data % saving.ALIGNMENT, entry.compress_type) == (0, zipfile.ZIP_STORED)
     # Within the package, and without it.
     (tmp_path / "documents/tex/a.ppm").unlink()
-    back = usd.read(tmp_path / "a.usdz", Reach.only(tmp_path), library, tmp_path / "stages")
+    back = read_document(tmp_path / "a.usdz", Reach.only(tmp_path), library, tmp_path / "stages")[0]
     name = back.document.getNode("i").getInput("file").getValueString()
     assert (back.packed, (back.reach.folder / name).read_bytes()[-3:]) == (True, b"\x80\x40\x20")
     with pytest.raises(OSError, match="is an image missing"):
