@@ -26,17 +26,18 @@ def resolved(document: mx.Document) -> mx.Document:
 
 
 def _take_over(given: Any, interface: Any) -> None:
-    """Give an input what its interface has: a colour in its space, a file in that of the node which reads it.
+    """Give an input what its interface has: the value, and its colour space if it is said there.
 
     Generators convert no unit on the way, so that none is taken over.
     """
     given.removeAttribute("interfacename")
     given.setValueString(interface.getValueString())
-    kept = ("fileprefix",) if given.getType() == "filename" else ("colorspace",)
-    for name in kept:
-        given.removeAttribute(name)
-        if interface.hasAttribute(name):
-            given.setAttribute(name, interface.getAttribute(name))
+    if interface.getColorSpace():
+        given.setColorSpace(interface.getColorSpace())
+    if given.getType() == "filename":
+        given.removeAttribute("fileprefix")
+        if interface.hasAttribute("fileprefix"):
+            given.setAttribute("fileprefix", interface.getAttribute("fileprefix"))
 
 
 def source(node: Any, name: str) -> tuple[Any, str] | None:
