@@ -29,6 +29,8 @@ class Deviation(Enum):
 
     `INTERFACE_COLOR_SPACE`: the colour space of a value that an input of a graph holds is passed over.
 
+    `OUTPUT_ORDER`: the outputs of a graph that defines a node are taken by their place, not by their names.
+
     `HEXAGON_ROOT`: `hexagon` asks whether the root of a number is above 0, also of a negative one, of which GLSL says
     nothing.
 
@@ -49,6 +51,7 @@ class Deviation(Enum):
     MEDIUMP_INTEGERS = "mediump-integers"
     SHARED_NAMES = "shared-names"
     INTERFACE_COLOR_SPACE = "interface-color-space"
+    OUTPUT_ORDER = "output-order"
     HEXAGON_ROOT = "hexagon-root"
     BLACK_MATERIALS = "black-materials"
     SIX_DECIMALS = "six-decimals"

@@ -151,6 +151,8 @@ class Evaluation:
         if definition.getName() not in NODES:
             inner = Scope(f"{scope.path}/{node.getNamePath()}", node, scope)
             made = self._graph_values(defining_graph(definition), inner, light)
+            if len(kinds) == 1:  # that of the graph, whatever its name
+                made = dict(zip(kinds, made.values(), strict=True))
             return {name: self._in_linear_color(made[name], node, name, kinds[name], scope, light) for name in made}
         value = NODES[definition.getName()](NodeInputs(self, node, definition, scope, light))
         if self.model is Model.CLOSURES and isinstance(value, Closure) and definition.getName() not in SAME_MODEL:

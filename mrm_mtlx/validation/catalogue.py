@@ -112,6 +112,15 @@ RULES: dict[str, Rule] = {
             "Correct the element that is named.",
         ),
         Rule(
+            "DOC_VERSION",
+            _WARNING,
+            "document without a version",
+            "The attribute `version` of the materialx element is required (MaterialX specification, section 'MTLX File "
+            "Format Definition'). MaterialX takes a document without one for its newest version, and upgrades nothing "
+            "of an earlier one.",
+            "State the version of MaterialX that the document was written for, such as 1.39.",
+        ),
+        Rule(
             "DOC_DUPLICATE_NAME",
             _WARNING,
             "two elements share a name",
@@ -126,6 +135,16 @@ RULES: dict[str, Rule] = {
             "No node definition in the libraries or in the document has this node category with these types. "
             "MaterialX's own validation accepts such a document; generators then fail or leave the node out.",
             "Check the spelling of the category and the node's type; custom nodes need a nodedef in the document.",
+        ),
+        Rule(
+            "DOC_DEFINITION",
+            _ERROR,
+            "definition and implementation do not fit",
+            "A node definition of the document has an output without a type; or the graph that implements a "
+            "definition does not exist, or has other outputs. Their types have to agree, and of several outputs also "
+            "the names (MaterialX specification, section 'Custom Node Definition Using Node Graphs'). A unit has a "
+            "scale other than 0.",
+            "Give definition and implementation the same outputs.",
         ),
         Rule(
             "DOC_UNKNOWN_INPUT",
@@ -174,7 +193,8 @@ RULES: dict[str, Rule] = {
             _ERROR,
             "connection leads nowhere or to another type",
             "The input or output names a node, an output or a graph that does not exist, or whose type is another; or "
-            "it does not say which of several outputs it takes (MaterialX specification, section 'Inputs').",
+            "it does not say which of several outputs it takes (MaterialX specification, section 'Inputs'). A look "
+            "names a material, a group a look or a collection that does not exist.",
             "Correct the name, or convert the type with a node.",
         ),
         Rule(

@@ -49,9 +49,19 @@ def with_spaces_where_values_are_read(document: mx.Document) -> None:
                 port.setAttribute("colorspace", space)
 
 
+def with_outputs_in_the_order_of_their_definition(document: mx.Document) -> None:
+    """Give graphs that define nodes their outputs in the order in which the definitions have them."""
+    for graph in _own(document, mx.NodeGraph):
+        definition = graph.getNodeDef()
+        for output in [] if definition is None else definition.getActiveOutputs():
+            if graph.getOutput(output.getName()) is not None:
+                graph.setChildIndex(output.getName(), len(graph.getChildren()) - 1)
+
+
 MENDS: Mapping[Deviation, Callable[[mx.Document], None]] = {
     Deviation.SHARED_NAMES: with_names_of_their_own,
     Deviation.INTERFACE_COLOR_SPACE: with_spaces_where_values_are_read,
+    Deviation.OUTPUT_ORDER: with_outputs_in_the_order_of_their_definition,
 }
 
 

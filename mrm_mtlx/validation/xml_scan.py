@@ -165,6 +165,8 @@ class _Parse:
         if self._mark:
             self._restore(attributes)
         self._scan.root = self._scan.root or tag
+        if not self._path and tag == "materialx" and "version" not in attributes:
+            self._scan.findings.append(finding("DOC_VERSION", self._place(), "the document states no version"))
         self._note_include(tag, attributes)
         name = attributes.get("name", "")
         if name and name in self._names[-1]:

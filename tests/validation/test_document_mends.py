@@ -106,6 +106,16 @@ HELD_COLOR = """
     <output name="out" type="color3" nodename="half"/>
   </nodegraph>
 """
+TWO_OUTPUTS = """
+  <nodedef name="ND_pair" node="pair"><output name="low" type="float"/><output name="high" type="float"/></nodedef>
+  <nodegraph name="NG_pair" nodedef="ND_pair">
+    <constant name="a" type="float"><input name="value" type="float" value="0.25"/></constant>
+    <constant name="b" type="float"><input name="value" type="float" value="0.75"/></constant>
+    <output name="high" type="float" nodename="b"/><output name="low" type="float" nodename="a"/>
+  </nodegraph>
+  <pair name="both" type="multioutput"/>
+  <convert name="sum" type="color3"><input name="in" type="float" nodename="both" output="low"/></convert>
+"""
 NAMES, SPACE = Deviation.SHARED_NAMES, Deviation.INTERFACE_COLOR_SPACE
 # A document, what it meets, and a change that has to be seen all the same.
 CASES = {
@@ -113,6 +123,7 @@ CASES = {
     "numbers of one name": (NUMBERS + SUM + NODE, NAMES, ("0.2, 0.4", "0.2, 0.4001")),
     "interfaces of one name": (INTERFACES, NAMES, ('value="0.2"', 'value="0.2001"')),
     "a file of one name in two graphs": (NESTED, NAMES, ("srgb_texture", "gamma22")),
+    "outputs in another order": (TWO_OUTPUTS + NODE, Deviation.OUTPUT_ORDER, ("0.25", "0.2501")),
     "the space of a file": (HELD_FILE + GRAPH, SPACE, ("srgb_texture", "gamma22")),
     "the space of a color": (HELD_COLOR + GRAPH, SPACE, ("srgb_texture", "gamma22")),
     "the space in a graph that is shown": (HELD_COLOR, SPACE, ("0.2, 0.4", "0.2, 0.4001")),

@@ -65,6 +65,10 @@ def takes(kind: str, value: str) -> str:
     )
 
 
+OUT = '<output name="out" type="float"/></nodedef>'
+DEFINED = f'<nodedef name="ND_a" node="a">{OUT}'
+TWO_DEFINED = '<nodedef name="ND_a" node="b"><output name="o" type="color3"/><output name="p" type="color3"/></nodedef>'
+
 # A document's elements; code, place and some words of each finding.
 CASES = {
     "nothing wrong": (metal(given("weight", "float", value="0.5")), []),
@@ -141,6 +145,20 @@ CASES = {
         '<artistic_ior name="a" type="multioutput"/>' + metal(given("ior", "color3", nodename="a", output="ior")),
         [],
     ),
+    "a connection to a graph as if it were a node": (
+        TWO_OF_A_GRAPH + metal(given("ior", "color3", nodename="g", output="o")),
+        [("DOC_CONNECTION", "/metal/ior", "'g' is a graph, but connected as a node")],
+    ),
+    "a connection to a node that is named as a type is": (
+        '<constant name="color3" type="color3"/>' + metal(given("ior", "color3", nodename="color3")),
+        [
+            (
+                "DOC_CONNECTION",
+                "/metal/ior",
+                "MaterialX does not find 'color3': an element of its libraries has the same",
+            )
+        ],
+    ),
     "a connection to several outputs": (
         TWO + metal(given("ior", "color3", nodename="a")),
         [("DOC_CONNECTION", "/metal/ior", "'a' has several outputs, and none is named")],
@@ -211,6 +229,86 @@ CASES = {
         metal(given("normal", "vector3", value="0, 0, 1")),
         [("DOC_VALUE_IGNORED", "/metal/normal", "'normal' is given as 0, 0, 1, but taken from the geometry")],
     ),
+    "a graph whose only output has another name than its definition's": (
+        f'{DEFINED}<nodegraph name="NG_a" nodedef="ND_a"><constant name="k" type="float"/>'
+        '<output name="other" type="float" nodename="k"/></nodegraph>',
+        [],
+    ),
+    "a graph one of whose outputs has another name than its definition's": (
+        TWO_DEFINED
+        + f'<nodegraph name="NG_a" nodedef="ND_a">{TWO}<output name="o" type="color3" nodename="a" output="ior"/>'
+        '<output name="q" type="color3" nodename="a" output="ior"/></nodegraph>',
+        [("DOC_DEFINITION", "/NG_a", "it has the outputs o (color3), q (color3), expected o (color3), p (color3)")],
+    ),
+    "a graph with an output less than its definition": (
+        TWO_DEFINED
+        + f'<nodegraph name="NG_a" nodedef="ND_a">{TWO}<output name="o" type="color3" nodename="a" output="ior"/>'
+        "</nodegraph>",
+        [("DOC_DEFINITION", "/NG_a", "expected o (color3), p (color3) as 'ND_a' has")],
+    ),
+    "a graph of another type than its definition": (
+        f'{DEFINED}<nodegraph name="NG_a" nodedef="ND_a"><constant name="k" type="color3"/>'
+        '<output name="out" type="color3" nodename="k"/></nodegraph>',
+        [("DOC_DEFINITION", "/NG_a", "it has the outputs out (color3), expected out (float)")],
+    ),
+    "an implementation by a graph of other outputs": (
+        f'{DEFINED}<implementation name="IM_a" nodedef="ND_a" nodegraph="g"/><nodegraph name="g">'
+        '<constant name="k" type="color3"/><output name="out" type="color3" nodename="k"/></nodegraph>',
+        [("DOC_DEFINITION", "/g", "it has the outputs out (color3), expected out (float)")],
+    ),
+    "an implementation by a graph that is not there": (
+        f'{DEFINED}<implementation name="IM_a" nodedef="ND_a" nodegraph="nobody"/>',
+        [("DOC_DEFINITION", "/IM_a", "no graph is named 'nobody'")],
+    ),
+    "a definition of a node without outputs": (
+        '<nodedef name="ND_a" node="a"/><a name="x" type="float"/>',
+        [("DOC_UNKNOWN_NODE", "/x", "'a' has no output in its definition ND_a")],
+    ),
+    "a definition of an output without a type": (
+        '<nodedef name="ND_a" node="a"><output name="out"/></nodedef>',
+        [("DOC_DEFINITION", "/ND_a/out", "the output 'out' has no type")],
+    ),
+    "units by scales that are none": (
+        '<unittypedef name="u"/><unitdef name="d" unittype="u"><unit name="one" scale="1"/>'
+        '<unit name="zero" scale="0"/><unit name="x" scale="x"/></unitdef>',
+        [
+            ("DOC_DEFINITION", "/d/zero", "the scale '0' of the unit 'zero'"),
+            ("DOC_DEFINITION", "/d/x", "the scale 'x' of the unit 'x'"),
+        ],
+    ),
+    "a look of a material that is not there": (
+        '<look name="l"><materialassign name="a" material="nobody" geom="/"/></look>',
+        [("DOC_CONNECTION", "/l/a", "no material is named 'nobody'")],
+    ),
+    "a look of a surface for a material": (
+        SHOWN + metal() + '<look name="l"><materialassign name="a" material="surface" geom="/"/></look>',
+        [("DOC_CONNECTION", "/l/a", "'surface' is of type surfaceshader, expected a material")],
+    ),
+    "a look of a material": (
+        SHOWN + metal() + '<look name="l"><materialassign name="a" material="material" geom="/"/></look>',
+        [],
+    ),
+    "a look of a graph that gives a material": (
+        f'<nodegraph name="g">{SHOWN}{metal()}<output name="out" type="material" nodename="material"/></nodegraph>'
+        '<look name="l"><materialassign name="a" material="g" geom="/"/></look>',
+        [],
+    ),
+    "a look of a collection that is not there": (
+        SHOWN + metal() + '<look name="l"><materialassign name="a" material="material" collection="nobody"/></look>',
+        [("DOC_INVALID", "/l/a", "Invalid collection string")],
+    ),
+    "a group of looks of which one is not there": (
+        '<look name="l"/><lookgroup name="g" looks="l, m"/>',
+        [("DOC_CONNECTION", "/g", "no look is named 'm'")],
+    ),
+    "a collection of one that is not there": (
+        '<collection name="c" includecollection="d"/>',
+        [("DOC_CONNECTION", "/c", "no collection is named 'd'")],
+    ),
+    "an interface name that is not there": (
+        '<nodegraph name="g">' + metal(given("weight", "float", interfacename="nobody")) + "</nodegraph>",
+        [("DOC_INVALID", "/g/metal/weight", "Interface name not found")],
+    ),
     "an image that is there": (
         '<image name="i" type="color3"><input name="file" type="filename" value="here.png"/></image>',
         [],
@@ -269,6 +367,22 @@ def test_findings_have_their_code_place_and_words(found, name):
     assert [finding[:2] for finding in findings] == [case[:2] for case in expected]
     for (_, _, message), (_, _, words) in zip(findings, expected, strict=True):
         assert words in message
+
+
+@pytest.mark.parametrize("version", ["1.40", "2.0", "1", "1.39.5", "x", ""])
+def test_a_version_that_materialx_does_not_know_is_named_with_those_that_it_does(make_document, version):
+    document = make_document(metal())
+    document.setVersionString(version)
+    (found,) = check_graph(document)
+    assert (found.code, found.location) == ("DOC_INVALID", "")
+    assert f"its version is '{version}', expected one up to 1.39" in found.message
+
+
+def test_what_materialx_says_of_no_element_names_none(make_document):
+    document = make_document(metal() + '<collection name="c" includecollection="c"/>')
+    for found in check_graph(document):
+        assert found.code == "DOC_INVALID"
+        assert found.location or "element that is named" not in found.hint
 
 
 # Where a value may stand beside a node's own input: code and place of a finding.
@@ -482,9 +596,6 @@ def custom(definition: str, implementation: str) -> str:
     return f'{definition}{implementation}<a name="x" type="float"/>' + metal(given("weight", "float", nodename="x"))
 
 
-OUT = '<output name="out" type="float"/></nodedef>'
-DEFINED = f'<nodedef name="ND_a" node="a">{OUT}'
-
 # Documents on which MaterialX throws, recurses without end or leaves nothing where something is expected; with what may
 # be said about them. None may end in CHECK_CRASHED.
 STRANGE: dict[str, tuple[str, set[str]]] = {
@@ -510,7 +621,7 @@ STRANGE: dict[str, tuple[str, set[str]]] = {
         custom(DEFINED, '<nodegraph name="NG_a" nodedef="ND_a"><output name="out" type="float"/></nodegraph>'),
         {"DOC_CONNECTION", "DOC_INVALID", "SHADER_GENERATE"},
     ),
-    "a graph without outputs": (custom(DEFINED, '<nodegraph name="NG_a" nodedef="ND_a"/>'), {"DOC_INVALID"}),
+    "a graph without outputs": (custom(DEFINED, '<nodegraph name="NG_a" nodedef="ND_a"/>'), {"DOC_DEFINITION"}),
     "a definition without outputs": (custom('<nodedef name="ND_a" node="a"/>', ""), {"DOC_UNKNOWN_NODE"}),
     "a definition without an implementation": (custom(DEFINED, ""), {"SHADER_GENERATE"}),
     "a type that contains itself": (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.library.surface_models import FLAG
-from mrm_mtlx.validation.checks.elements import is_connected, location
+from mrm_mtlx.validation.checks.elements import is_connected, library_of, location
 from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def check_connection(port: Any) -> Iterator[Finding]:
     named, output = port.getNodeName() or port.getNodeGraphString() or port.getOutputString(), port.getOutputString()
     source = _source(port)
     if source is None:
-        yield finding("DOC_CONNECTION", location(port), f"nothing is named '{named}' there")
+        yield _nothing_named(named, port)
         return
     outputs = _outputs(source)
     if output not in outputs and output:
@@ -34,6 +34,17 @@ def check_connection(port: Any) -> Iterator[Finding]:
         kind = outputs[output or next(iter(outputs))] if outputs else port.getType()
         if kind != port.getType():
             yield finding("DOC_CONNECTION", location(port), f"'{named}' gives {kind}, expected {port.getType()}")
+
+
+def _nothing_named(name: str, port: Any) -> Finding:
+    document = port.getDocument()
+    if port.getNodeName() and document.getNodeGraph(name) is not None:
+        message = f"'{name}' is a graph, but connected as a node"
+        return finding("DOC_CONNECTION", location(port), message, "Name it with the attribute 'nodegraph'.")
+    if document.getChild(name) is not None and library_of(document).getChild(name) is not None:
+        message = f"MaterialX does not find '{name}': an element of its libraries has the same name"
+        return finding("DOC_CONNECTION", location(port), message, "Give the node another name.")
+    return finding("DOC_CONNECTION", location(port), f"nothing is named '{name}' there")
 
 
 def check_uniform(given: Any, declared: Any) -> Iterator[Finding]:

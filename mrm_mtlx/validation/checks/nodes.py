@@ -74,6 +74,10 @@ def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
         yield finding("DOC_UNKNOWN_NODE", location(node), message)
         return
     fitting = [d for d in definitions if d.getType() == node.getType()]
+    if not fitting and not any(d.getActiveOutputs() for d in definitions):
+        names = ", ".join(d.getName() for d in definitions)
+        yield finding("DOC_UNKNOWN_NODE", location(node), f"'{category}' has no output in its definition {names}")
+        return
     if not fitting:
         types = ", ".join(sorted({d.getType() for d in definitions}))
         message = f"'{category}' of type {node.getType()} is not defined; it exists for {types}"

@@ -1,0 +1,51 @@
+"""Looks: whether the materials, looks and sets that they name are there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import MaterialX as mx
+
+from mrm_mtlx.validation.checks.elements import location
+from mrm_mtlx.validation.findings import Finding, finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+def check_look(element: Any) -> Iterator[Finding]:
+    """Whether an element of a look, or a group of looks or of geometry, names what the document has.
+
+    A collection that geometry is assigned by, and a look that is inherited, are MaterialX's own to check.
+    """
+    if element.isA(mx.MaterialAssign):
+        yield from _check_material(element)
+    elif element.isA(mx.LookGroup):
+        yield from _check_names(element, "look", element.getLooks(), mx.Look)
+    elif element.isA(mx.Collection):
+        yield from _check_names(element, "collection", element.getIncludeCollectionString(), mx.Collection)
+    elif element.isA(mx.PropertySetAssign):
+        yield from _check_names(element, "propertyset", element.getPropertySetString(), mx.PropertySet)
+    elif element.isA(mx.VariantAssign):
+        yield from _check_names(element, "variantset", element.getVariantSetString(), mx.VariantSet)
+
+
+def _check_material(assignment: Any) -> Iterator[Finding]:
+    name = assignment.getMaterial()
+    # MaterialX does not find what shares its name with an element of its libraries, such as the type "material".
+    child = assignment.getDocument().getChild(name)
+    node = child if child is not None and child.isA(mx.Node) else assignment.getReferencedMaterial()
+    if node is None and not assignment.getMaterialOutputs():
+        yield finding("DOC_CONNECTION", location(assignment), f"no material is named '{name}'")
+    elif node is not None and node.getType() != "material":
+        message = f"'{name}' is of type {node.getType()}, expected a material"
+        yield finding("DOC_CONNECTION", location(assignment), message)
+
+
+def _check_names(element: Any, what: str, names: str, kind: type) -> Iterator[Finding]:
+    document = element.getDocument()
+    there = {str(child.getName()) for child in document.getChildren() if child.isA(kind)}
+    there |= {str(child.getQualifiedName(child.getName())) for child in document.getChildren() if child.isA(kind)}
+    for name in filter(None, map(str.strip, names.split(","))):
+        if name not in there:
+            yield finding("DOC_CONNECTION", location(element), f"no {what} is named '{name}'")

@@ -1,0 +1,51 @@
+"""What MaterialX's own validation says, as findings with a place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx.library.load import materialx_version
+from mrm_mtlx.text import text_lines
+from mrm_mtlx.validation.checks.elements import location
+from mrm_mtlx.validation.findings import Finding, finding
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import MaterialX as mx
+
+# Messages that a more precise rule here covers.
+_COVERED = (
+    "Node interface error",
+    "Node interface doesn't support",
+    "Invalid value",
+    "Invalid port connection",
+    "No output found for port connection",
+    "Mismatched types in port connection",
+    "NodeGraph implementation has a different",
+)
+_VERSIONS = ("Future document version", "Unsupported document version")
+
+
+def messages_of_validation(document: mx.Document, messages: str, *, explained: bool) -> Iterator[Finding]:
+    """MaterialX's messages, without those that findings of other rules have `explained` already."""
+    elements: dict[str, list[Any]] = {}
+    for element in document.traverseTree():
+        elements.setdefault(str(element), []).append(element)
+    for line in text_lines(messages.strip()):
+        message, _, found = line.strip().partition(": <")
+        if message in _VERSIONS:
+            yield _of_version(document)
+        elif not (explained and message.startswith(_COVERED)):
+            wrong = next((e for e in elements.get(f"<{found}", ()) if not e.validate()[0]), None)
+            hint = "" if wrong is not None else "The message is MaterialX's own; look for what it quotes."
+            yield finding("DOC_INVALID", "" if wrong is None else location(wrong), line.strip(), hint)
+
+
+def _of_version(document: mx.Document) -> Finding:
+    """That MaterialX does not know the document's version."""
+    known = ".".join(materialx_version().split(".")[:2])
+    message = f"its version is '{document.getVersionString()}', expected one up to {known}, which MaterialX reads here"
+    return finding(
+        "DOC_INVALID", "", message, f'Write version="{known}" if the document is of it, or update MaterialX.'
+    )
