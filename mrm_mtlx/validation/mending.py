@@ -50,6 +50,8 @@ def mended_shaders(element: Any, library: DataLibrary, shader: Shader) -> Iterat
             mended = generate(document.getDescendant(element.getNamePath()), shader.target, library)
         except GenerationError:
             continue
+        if mended.sources == shader.sources:
+            continue  # the document has nothing of the kind
         yield frozenset(deviations), mended
         yield from ((more.union(deviations), source) for more, source in mended_sources(mended))
 

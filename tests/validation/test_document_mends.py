@@ -200,3 +200,9 @@ SAME_NAMES_ELSEWHERE = TWO_GRAPHS.replace('name="picture"', 'name="other"', 1).r
 def test_names_of_their_own_are_no_deviation(checked):
     result, findings = checked(SAME_NAMES_ELSEWHERE + SUM + NODE)
     assert (result.status, findings) == ("pass", [])
+
+
+def test_a_document_with_nothing_to_mend_is_not_drawn_again(make_document, library):
+    document = make_document('<noise2d name="n" type="float"/><output name="o" type="float" nodename="n"/>')
+    element = document.getOutput("o")
+    assert list(mended_shaders(element, library, generate(element, "glsl", library))) == []
