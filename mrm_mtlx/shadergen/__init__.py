@@ -1,11 +1,20 @@
 """A renderable element and a target give shader source code."""
 
-from mrm_mtlx.shadergen.generate import GenerationError, OslMode, Port, Shader, generate, renderable_elements
+from mrm_mtlx.shadergen.generate import (
+    GenerationError,
+    MissingCodeError,
+    OslMode,
+    Port,
+    Shader,
+    generate,
+    renderable_elements,
+)
 from mrm_mtlx.shadergen.targets import TARGETS, Target, available_targets
 
 __all__ = [
     "TARGETS",
     "GenerationError",
+    "MissingCodeError",
     "OslMode",
     "Port",
     "Shader",

@@ -10,6 +10,7 @@ import MaterialX as mx
 from MaterialX import PyMaterialXGenShader as mx_gen
 
 from mrm_mtlx.library.console import silenced
+from mrm_mtlx.shadergen.coverage import without_code
 from mrm_mtlx.shadergen.targets import TARGETS, Target
 
 if TYPE_CHECKING:
@@ -39,6 +40,10 @@ class OslMode(StrEnum):
 
 class GenerationError(Exception):
     """MaterialX could not generate a shader; the message is MaterialX's own."""
+
+
+class MissingCodeError(GenerationError):
+    """The libraries define nodes of the element for other targets alone; the message names them."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,8 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
 
     Raises
     ------
+    MissingCodeError
+        If the libraries have no code for the target of nodes that they define.
     GenerationError
         If MaterialX refuses; the message is its own.
     """
@@ -96,6 +103,10 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
         with silenced():  # generators print warnings; what matters of them is a finding of validation
             shader = generator.generate(name, element, context)
     except Exception as error:  # MaterialX throws several unrelated types
+        missing = without_code(element, generator.getTarget())
+        if missing:
+            msg = f"MaterialX has no code of {', '.join(missing)} for this target"
+            raise MissingCodeError(msg) from error
         raise GenerationError(str(error)) from error
     if shader is None:
         msg = "MaterialX returned no shader and gave no reason"

@@ -254,11 +254,20 @@ RULES: dict[str, Rule] = {
             "DOC_NO_RENDERABLE",
             _WARNING,
             "nothing to render",
-            "The document has no material, and no output of shader type: there is nothing to generate a shader from. A "
-            "library of definitions is such a document; in USD, a stage none of whose Materials has a MaterialX "
-            "network; in glTF, an asset without materials.",
+            "The document has no material with a surface, and no output of a graph that can be shown: there is nothing "
+            "to generate a shader from. Volumes, lights and displacements alone are not compared. A library of "
+            "definitions is such a document; in USD, a stage none of whose Materials has a MaterialX network; in glTF, "
+            "an asset without materials.",
             "Add a surfacematerial node with a surface shader; in USD, connect `outputs:mtlx:surface` of a Material; "
             "in glTF, add a material.",
+        ),
+        Rule(
+            "DOC_NOT_COMPARED",
+            _WARNING,
+            "part of a material is not compared",
+            "The material has a displacement, or another surface for its back. Generated shaders have neither: what is "
+            "compared with the reference is its surface alone.",
+            "Nothing is wrong with the document; check what is named in the renderer.",
         ),
         Rule(
             "INTERCHANGE_LOST",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.flattening import TooManyNodesError
 from mrm_mtlx.shadergen import renderable_elements
+from mrm_mtlx.validation.checks.scope import nothing_to_render
 from mrm_mtlx.validation.element import ElementCheck, ElementSweep
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.findings import blocks, capped, finding
@@ -60,7 +61,7 @@ def _check(request: Request, document: Any, result: DocumentResult, steps: Steps
         return
     elements = renderable_elements(document)
     if not elements:
-        result.findings.append(finding("DOC_NO_RENDERABLE", "", "no material and no output of shader type"))
+        result.findings.append(nothing_to_render(document))
     if not blocked:
         result.findings += check_retroreflection(document)
     flags = [] if blocked else [n for n in retroreflecting_nodes(document) if is_retroreflective(n)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.engines import osl
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.surface_models import amount_input
-from mrm_mtlx.shadergen import GenerationError, generate
+from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.validation.checks.elements import location
@@ -119,6 +119,8 @@ class ElementCheck:
         known = len(self._images.findings)
         try:
             shader = generate(self._element, target, self._library)
+        except MissingCodeError as error:
+            return _Outcome(TargetResult("generate", "skip", str(error)), [])
         except GenerationError as error:
             found = finding("SHADER_GENERATE", self._place, f"{target}: {error}")
             return _Outcome(TargetResult("generate", "fail"), [found])
@@ -181,6 +183,8 @@ class ElementSweep:
     def _check(self, target: str) -> dict[str, _Outcome]:
         try:
             shader = generate(self._element, target, load_library(self._request.origin))
+        except MissingCodeError as error:
+            return {v.name: _Outcome(TargetResult("generate", "skip", str(error)), []) for v in self._variants}
         except GenerationError as error:
             message = f"with the flag of {self._variants[0].name}: {error}"
             return self._lost(finding("SHADER_GENERATE", self._place, message))

@@ -12,7 +12,8 @@ from mrm_mtlx.validation.checks.cycles import check_cycles
 from mrm_mtlx.validation.checks.definitions import check_definition
 from mrm_mtlx.validation.checks.looks import check_look
 from mrm_mtlx.validation.checks.materialx import messages_of_validation
-from mrm_mtlx.validation.checks.nodes import Spelling, check_node
+from mrm_mtlx.validation.checks.nodes import Spelling, check_node, check_property_name
+from mrm_mtlx.validation.checks.scope import check_scope
 from mrm_mtlx.validation.checks.size import check_size
 from mrm_mtlx.validation.checks.values import check_form
 from mrm_mtlx.validation.findings import Finding, Severity, finding
@@ -39,6 +40,7 @@ def check_graph(document: mx.Document) -> list[Finding]:
         findings += _check_element(element, spelling)
     findings += check_size(document)
     findings += check_color_spaces(document)
+    findings += check_scope(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
         findings += messages_of_validation(document, messages, explained=explained)
@@ -48,6 +50,7 @@ def check_graph(document: mx.Document) -> list[Finding]:
 def _check_element(element: Any, spelling: Spelling) -> Iterator[Finding]:
     if element.isA(mx.Node):
         yield from check_node(element, spelling)
+        yield from check_property_name(element)
     if element.isA(mx.TypedElement):
         yield from check_form(element)
     if element.isA(mx.PortElement):

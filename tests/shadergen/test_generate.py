@@ -9,7 +9,14 @@ import MaterialX as mx
 import pytest
 
 from mrm_mtlx.library import DataLibrary, Origin
-from mrm_mtlx.shadergen import TARGETS, GenerationError, available_targets, generate, renderable_elements
+from mrm_mtlx.shadergen import (
+    TARGETS,
+    GenerationError,
+    MissingCodeError,
+    available_targets,
+    generate,
+    renderable_elements,
+)
 from mrm_mtlx.shadergen.targets import Target
 
 NODES = ("dielectric", "conductor", "generalized_schlick")
@@ -184,3 +191,37 @@ def test_the_libraries_are_not_changed_by_generating(shader, library, upstream_l
     shader("conductor", "true", "glsl")
     assert mx.writeToXmlString(library.document) == before
     assert (library.origin, upstream_library.origin) == (Origin.MRM, Origin.UPSTREAM)
+
+
+EMITTER = (
+    '<{0} name="e" type="EDF"/><surface name="s" type="surfaceshader"><input name="edf" type="EDF" nodename="e"/>'
+    '</surface><surfacematerial name="m" type="material">'
+    '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>'
+)
+
+
+@pytest.mark.parametrize("node", ["conical_edf", "measured_edf"])
+def test_a_node_that_the_libraries_have_no_code_of_is_named(make_document, library, node):
+    document = make_document(EMITTER.format(node))
+    with pytest.raises(MissingCodeError, match=f"no code of {node} for this target"):
+        generate(document.getNode("m"), "glsl", library)
+
+
+def test_a_node_inside_of_a_graph_that_the_libraries_have_no_code_of_is_named(make_document, library):
+    inside = EMITTER.format("conical_edf").partition("<surfacematerial")[0]
+    definition = '<nodedef name="ND_lamp" node="lamp"><output name="out" type="surfaceshader"/></nodedef>'
+    graph = (
+        f'<nodegraph name="NG_lamp" nodedef="ND_lamp">{inside}<output name="out" type="surfaceshader" nodename="s"/>'
+    )
+    lamp = '<lamp name="s" type="surfaceshader"/>' + "<surfacematerial" + EMITTER.partition("<surfacematerial")[2]
+    document = make_document(f"{definition}{graph}</nodegraph>{lamp}")
+    with pytest.raises(MissingCodeError, match="conical_edf"):
+        generate(document.getNode("m"), "glsl", library)
+
+
+def test_a_node_of_the_documents_own_without_an_implementation_is_its_mistake(make_document, library):
+    definition = '<nodedef name="ND_own" node="own"><output name="out" type="EDF"/></nodedef>'
+    document = make_document(definition + EMITTER.format("own"))
+    with pytest.raises(GenerationError) as caught:
+        generate(document.getNode("m"), "glsl", library)
+    assert not isinstance(caught.value, MissingCodeError)

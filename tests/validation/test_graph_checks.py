@@ -9,6 +9,7 @@ import pytest
 
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.checks.cycles import MAXIMUM_CHAIN
+from mrm_mtlx.validation.checks.scope import nothing_to_render
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.retro_checks import check_retroreflection
@@ -68,6 +69,13 @@ def takes(kind: str, value: str) -> str:
 OUT = '<output name="out" type="float"/></nodedef>'
 DEFINED = f'<nodedef name="ND_a" node="a">{OUT}'
 TWO_DEFINED = '<nodedef name="ND_a" node="b"><output name="o" type="color3"/><output name="p" type="color3"/></nodedef>'
+
+# Two materials with a displacement, one with a back surface.
+BESIDE = '<displacement name="d" type="displacementshader"/><surface name="s" type="surfaceshader"/>' + "".join(
+    f'<surfacematerial name="{name}" type="material"><input name="surfaceshader" type="surfaceshader" nodename="s"/>'
+    f'<input name="displacementshader" type="displacementshader" nodename="d"/>{more}</surfacematerial>'
+    for name, more in (("m", given("backsurfaceshader", "surfaceshader", nodename="s")), ("n", ""))
+)
 
 # A document's elements; code, place and some words of each finding.
 CASES = {
@@ -309,6 +317,26 @@ CASES = {
         '<nodegraph name="g">' + metal(given("weight", "float", interfacename="nobody")) + "</nodegraph>",
         [("DOC_INVALID", "/g/metal/weight", "Interface name not found")],
     ),
+    "a reader of a property without its name": (
+        '<UsdPrimvarReader name="r" type="float"/>',
+        [("DOC_INPUT_VALUE", "/r", "'UsdPrimvarReader' reads a geometric property, and does not say which")],
+    ),
+    "a reader of a property by an empty name": (
+        '<geompropvalue name="r" type="float"><input name="geomprop" type="string" value=""/></geompropvalue>',
+        [("DOC_INPUT_VALUE", "/r", "'geompropvalue' reads a geometric property, and does not say which")],
+    ),
+    "a reader of a property by its name through an interface": (
+        '<nodegraph name="g"><input name="n" type="string" value="wear"/><geompropvalue name="r" type="float">'
+        '<input name="geomprop" type="string" interfacename="n"/></geompropvalue></nodegraph>',
+        [],
+    ),
+    "displacements beside surfaces": (
+        metal() + BESIDE,
+        [
+            ("DOC_NOT_COMPARED", "/m", "the displacement of 'm' is not compared (nor that of 1 more)"),
+            ("DOC_NOT_COMPARED", "/m", "the back surface of 'm' is not compared"),
+        ],
+    ),
     "an image that is there": (
         '<image name="i" type="color3"><input name="file" type="filename" value="here.png"/></image>',
         [],
@@ -383,6 +411,21 @@ def test_what_materialx_says_of_no_element_names_none(make_document):
     for found in check_graph(document):
         assert found.code == "DOC_INVALID"
         assert found.location or "element that is named" not in found.hint
+
+
+@pytest.mark.parametrize(
+    ("elements", "words"),
+    [
+        (metal(), "no material with a surface, and no output to show"),
+        (
+            '<volume name="v" type="volumeshader"/><point_light name="l" type="lightshader"/>',
+            "volumes and lights",
+        ),
+        ('<displacement name="d" type="displacementshader"/>', "displacements alone are not compared"),
+    ],
+)
+def test_what_there_is_instead_of_a_surface_is_said(make_document, elements, words):
+    assert words in nothing_to_render(make_document(elements)).message
 
 
 # Where a value may stand beside a node's own input: code and place of a finding.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.checks.connections import check_uniform
-from mrm_mtlx.validation.checks.elements import library_of, location
+from mrm_mtlx.validation.checks.elements import is_connected, library_of, location
 from mrm_mtlx.validation.checks.values import check_value
 from mrm_mtlx.validation.findings import MAXIMUM_OF_A_RULE, Finding, finding
 
@@ -46,6 +46,9 @@ class Spelling:
         return sorted(d.getName() for d in library_of(self._document).getNodeDefs())
 
 
+# Nodes that read a geometric property, and the input that names it.
+_PROPERTIES = {"geompropvalue": "geomprop", "geompropvalueuniform": "geomprop", "UsdPrimvarReader": "varname"}
+
 # Longer than any name that is near to one of MaterialX's.
 _LONGEST = 64
 
@@ -63,6 +66,18 @@ def check_node(node: Any, spelling: Spelling) -> Iterator[Finding]:
         else:
             yield from check_value(given, declared)
             yield from check_uniform(given, declared)
+
+
+def check_property_name(node: Any) -> Iterator[Finding]:
+    """A node that reads a geometric property and does not say which: generators refuse it."""
+    name = _PROPERTIES.get(node.getCategory(), "")
+    if not name or node.getNodeDef() is None:
+        return
+    given = node.getInput(name)
+    holder = given.getInterfaceInput() or given if given is not None else None
+    if holder is None or not (holder.getValueString() or holder.getInterfaceName() or is_connected(holder)):
+        message = f"'{node.getCategory()}' reads a geometric property, and does not say which"
+        yield finding("DOC_INPUT_VALUE", location(node), message, f"Give the input '{name}' the name of the property.")
 
 
 def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
