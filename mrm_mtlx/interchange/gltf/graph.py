@@ -57,6 +57,11 @@ class Graph:
         """A number from `low` to `high` by an amount; each is a node, or a tuple of one number."""
         return self._node("mix", "float", name, {"bg": low, "fg": high, "mix": amount})
 
+    def reaching(self, node: Any, least: float, name: str) -> Any:
+        """1 where a number is at least another, and 0 elsewhere."""
+        inputs = {"value1": node, "value2": (least,), "in1": (1.0,), "in2": (0.0,)}
+        return self._node("ifgreatereq", "float", name, inputs)
+
     def normal(self, use: Texture, scale: float) -> Any:
         """The normal of a normal texture, whose x and y are scaled."""
         if scale == 1.0:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.interchange.gltf import properties as gltf
-from mrm_mtlx.interchange.gltf.inputs import NO_FORM, inputs_of
+from mrm_mtlx.interchange.gltf.inputs import NO_FORM, UNLIT, inputs_of
 from mrm_mtlx.interchange.gltf.interfaces import source
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError, Transform, transform, written
 from mrm_mtlx.interchange.gltf.schema import problems
@@ -49,8 +49,11 @@ class Material:
     """
 
     def __init__(self, element: Any, asset: Asset, images: Images) -> None:
-        inputs, name = inputs_of(shader_node(element)), element.getName()
+        node, name = shader_node(element), element.getName()
+        inputs = inputs_of(node)
         self.data: dict[str, Any] = {"name": name}
+        if node.getCategory() == UNLIT:
+            self.data["extensions"] = {gltf.UNLIT: {}}
         self.losses: list[tuple[str, str]] = []
         self._asset, self._images, self._document = asset, images, element.getDocument()
         self._inputs = {name: value for name, value in inputs.items() if self._is_sayable(name, value)}

@@ -125,6 +125,8 @@ ALPHA_MODES = ("OPAQUE", "MASK", "BLEND")
 WRAPS = {10497: "periodic", 33071: "clamp", 33648: "mirror"}
 FILTERS = {9728: "closest", 9729: "linear"}
 TRANSFORM = "KHR_texture_transform"
+# What makes a material the same in any light.
+UNLIT = "KHR_materials_unlit"
 
 
 def found(material: dict[str, Any], path: Sequence[str]) -> Any:

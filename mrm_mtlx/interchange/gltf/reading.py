@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
 
 # Materials that these make something else of, which retroreflection must not be used with.
-_UNLIT, _SPECULAR = "KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"
-# What is said of textures and is read, and what is said of nothing but geometry, animation and scenes.
+_UNLIT, _SPECULAR = gltf.UNLIT, "KHR_materials_pbrSpecularGlossiness"
+# What is said of textures and is read; what is images that are not read; and what is said of nothing but geometry,
+# animation and scenes.
 _OF_TEXTURES = ("KHR_texture_transform", "EXT_texture_webp")
+_OF_IMAGES = ("KHR_texture_basisu", "EXT_texture_avif", "MSFT_texture_dds")
 _OF_OTHERS = re.compile(
     r"KHR_(draco|mesh|lights|animation|node|xmp|materials_variants|gaussian)\w*|EXT_(mesh|meshopt|lights|instance)\w*"
 )
@@ -97,13 +99,17 @@ class _Material:
             name = f"{name}_{self._index}"
         name = document.createValidChildName(name)
         # The shader's name is found first, so that the three are taken together.
-        self._shader = document.addNode("gltf_pbr", document.createValidChildName(f"SR_{name}"), "surfaceshader")
+        category = "surface_unlit" if _UNLIT in self._extensions else "gltf_pbr"
+        self._shader = document.addNode(category, document.createValidChildName(f"SR_{name}"), "surfaceshader")
         self._graph = Graph(document, document.createValidChildName(f"NG_{name}"), imported.places)
         material = document.addNode("surfacematerial", name, "material")
         material.addInput("surfaceshader", "surfaceshader").setNodeName(self._shader.getName())
         for element in (material, self._shader):
             imported.places[element.getNamePath()] = self._place
-        self._fill()
+        if _UNLIT in self._extensions:
+            self._fill_unlit()
+        else:
+            self._fill()
         self._graph.finish(self._place)
 
     def _allowed(self) -> bool:
@@ -116,8 +122,8 @@ class _Material:
 
     def _report_losses(self) -> None:
         for name in sorted(set(self._extensions) - set(known_extensions())):
-            what = "an unlit material is read as a lit one" if name == _UNLIT else f"{shown(name)} is not read"
-            self._lost(("extensions", name), what + _meant(name), _CORRECT if _meant(name) else "")
+            message = f"{shown(name)} is not read{_meant(name)}"
+            self._lost(("extensions", name), message, _CORRECT if _meant(name) else "")
         extras = self._material.get("extras")
         for name in extras if isinstance(extras, dict) else ():
             if _meant(name):
@@ -156,6 +162,32 @@ class _Material:
         distance = gltf.found(self._material, gltf.ATTENUATION_DISTANCE)
         if distance is not None:
             self._set("attenuation_distance", "float", (float(distance),), gltf.ATTENUATION_DISTANCE)
+
+    def _fill_unlit(self) -> None:
+        """What is unlit has its base colour, whatever the light, and its alpha; all else of it is for other readers."""
+        by_input = {prop.input: prop for prop in gltf.PROPERTIES}
+        alpha, color = by_input["alpha"], by_input["base_color"]
+        if not self._is_opaque():
+            self._set_opacity(alpha)
+        factor = self._value(color)
+        if use := self._use(color.texture):
+            value = self._graph.multiplied(self._graph.channels(use, color.channels), factor, "base_color_scaled")
+            self._connect("emission_color", value, color.texture)
+        else:
+            self._set("emission_color", "color3", factor, color.factor)
+
+    def _set_opacity(self, alpha: gltf.Property) -> None:
+        """The alpha; of a mask, whether it reaches the cutoff."""
+        factor, use = self._value(alpha), self._use(alpha.texture)
+        is_mask = self._material["alphaMode"] == "MASK"
+        cutoff = self._number(("alphaCutoff",), 0.5)
+        if use is None:
+            self._set("opacity", "float", (float(factor[0] >= cutoff) if is_mask else factor[0],), alpha.factor)
+            return
+        value = self._graph.multiplied(self._graph.channels(use, alpha.channels), factor, "alpha_scaled")
+        if is_mask:
+            value = self._graph.reaching(value, cutoff, "alpha_masked")
+        self._connect("opacity", value, alpha.texture)
 
     def _is_opaque(self) -> bool:
         return bool(self._material.get("alphaMode", gltf.ALPHA_MODES[0]) == gltf.ALPHA_MODES[0])
@@ -256,6 +288,8 @@ def _check_extensions(container: Container, report: Callable[[Remark], None]) ->
         place = pointer("extensionsRequired", index)
         if name == RETROREFLECTION:
             report(Remark(LOST, place, f"{name} should not be required: a material is of use without it"))
+        elif name in _OF_IMAGES:
+            report(Remark(LOST, place, f"the asset requires {name}; its images are not read, and left out"))
         elif name not in (*known_extensions(), *_OF_TEXTURES) and not _OF_OTHERS.fullmatch(name):
             message = f"the asset requires {shown(name)}, which is not read{_meant(name)}"
             report(Remark(INVALID, place, message, "Convert the asset to one without this extension."))

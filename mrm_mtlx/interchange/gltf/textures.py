@@ -147,7 +147,10 @@ class Textures:
             return int(texture["source"])
         if isinstance(other, int) and not isinstance(other, bool) and other >= 0:
             return other
-        raise GltfError(INVALID, place, "it has no image that is read: no source, and no EXT_texture_webp")
+        # What glTF calls undefined: an extension may give an image, and who does not know it has none.
+        raise GltfError(
+            LOST, place, "it has no image that is read, and is left out: no source, and no EXT_texture_webp"
+        )
 
     def _check_filters(self, sampler: dict[str, Any], place: str) -> None:
         """MaterialX has one filter: for what is larger and what is smaller than the image."""

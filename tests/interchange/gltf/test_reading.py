@@ -362,7 +362,6 @@ LOSSES = [
         "KHR_materials_",
     ),
     ({"extras": {"geometry_retroreflection": 1.0}}, "/extras/geometry_retroreflection", "probably meant"),
-    ({"extensions": {"KHR_materials_unlit": {}}}, "/extensions/KHR_materials_unlit", "lit one"),
     ({"extensions": {"ACME_glow": {}}}, "/extensions/ACME_glow", "not read"),
     (
         {"extensions": {"KHR_materials_retroreflection": {"retroreflectiveFactor": 1.0}}},

@@ -13,7 +13,7 @@ from mrm_mtlx.interchange import json_text
 from mrm_mtlx.interchange.gltf import container, textures
 from mrm_mtlx.interchange.imported import UnreadableError
 
-INVALID, OUTSIDE, MISSING = "INTERCHANGE_INVALID", "READ_OUTSIDE", "DOC_FILE"
+INVALID, LOST, OUTSIDE, MISSING = "INTERCHANGE_INVALID", "INTERCHANGE_LOST", "READ_OUTSIDE", "DOC_FILE"
 BASE = "/materials/0/pbrMetallicRoughness"
 RETRO = "/materials/0/extensions/KHR_materials_retroreflection"
 
@@ -68,7 +68,7 @@ def test_a_material_that_breaks_the_rules_is_left_out_with_its_place(write_asset
 PIXEL = base64.b64encode(b"\x89PNG\r\n\x1a\n" + bytes(8)).decode()
 TEXTURES = [
     ({}, INVALID, "/materials/0/emissiveTexture/index", "element 0 of textures, of which there are 0"),
-    ({"textures": [{}]}, INVALID, "/textures/0", "no image that is read"),
+    ({"textures": [{}]}, LOST, "/textures/0", "no image that is read"),
     ({"textures": [{"source": 10**30}]}, INVALID, "/textures/0/source", "of which there are 0"),
     ({"textures": [{"source": "0"}]}, INVALID, "/textures/0/source", "an integer, got a string"),
     (
