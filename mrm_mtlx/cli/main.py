@@ -36,7 +36,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-for command in (
+for module in (
     validate,
     conformance,
     generate,
@@ -50,7 +50,7 @@ for command in (
     doctor,
     library,
 ):
-    command.register(app)
+    module.register(app)
 
 
 def _print_version(wanted: bool) -> None:
@@ -70,11 +70,11 @@ def options(
 
 def run() -> None:
     """Entry point. Exit status: 0 clean, 1 findings, 2 usage or internal error, 3 nothing checked, 130 interrupted."""
-    sys.exit(supervision.supervised(_command, _tell))
+    sys.exit(supervision.supervised(command, _tell))
 
 
-def _command() -> int:
-    """Run the command; its exit status."""
+def command() -> int:
+    """Run the command in this process, as `run` does in a child; its exit status."""
     try:
         status = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):

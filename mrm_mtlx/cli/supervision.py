@@ -13,6 +13,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,9 +58,9 @@ _limit_s = process_limits.TIME_LIMIT_S
 def supervised(command: Callable[[], int], tell: Callable[[Death], int]) -> int:
     """Exit status of a command that runs in a child; if it died, of what `tell` says of that.
 
-    Returns in the child, too: the status is for `sys.exit` in both.
+    Returns in the child, too: the status is for `sys.exit` in both. A process with threads is not forked.
     """
-    if not hasattr(os, "fork"):
+    if not hasattr(os, "fork") or threading.active_count() > 1:
         return command()
     try:
         scratch = Path(tempfile.mkdtemp(prefix="mrm-"))
