@@ -72,7 +72,8 @@ class Evaluation:
     """One pass over the graph for some samples; values are kept per node and scope, closures also per mode.
 
     `images` gives the pixels of a file by its name in the document; `exact` is the exact evaluation of the same
-    samples: what it decided, and its values that the move does not touch, are taken from there.
+    samples: what it decided, and its values that the move does not touch, are taken from there. `watch` is told the
+    path of each node that is evaluated, those that it depends on first, and its value.
     """
 
     points: ShadingPoints
@@ -88,6 +89,7 @@ class Evaluation:
     asked: dict[str, str] = field(default_factory=dict)  # geometric properties and their types
     foreign: set[str] = field(default_factory=set)  # numbers that OSL has otherwise
     met: set[Deviation] = field(default_factory=set)  # where MaterialX's code may deviate
+    watch: Callable[[str, Any], None] = lambda _path, _value: None
 
     def __post_init__(self) -> None:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
@@ -134,6 +136,7 @@ class Evaluation:
             definition = self._definition(path, node)
             key = (*path, light.mode if _has_closures(definition) else None)
             known = self.values.make(key, lambda: self._evaluate(node, definition, scope, light))
+            self.watch("/".join(filter(None, path)).lstrip("/"), self.values.take(known))
         value = self.values.take(known)
         if isinstance(value, dict):
             return cast("Value", value[output] if output else next(iter(value.values())))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
@@ -138,6 +138,19 @@ class Surface:
             evaluation.asked,
         )
 
+    def not_finite(self, points: ShadingPoints) -> str:
+        """Path of the first node that gives what is no finite number while these points are evaluated, or ""."""
+        found: list[str] = []
+
+        def watch(path: str, value: Any) -> None:
+            if not found and not all(np.all(np.isfinite(array)) for array in _arrays(value)):
+                found.append(path)
+
+        evaluation = self._evaluation(points, LIGHT, EXACT)
+        evaluation.watch = watch
+        self._value(evaluation)
+        return "".join(found)
+
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.
 
@@ -196,6 +209,15 @@ class Surface:
             return False
         evaluation.met.add(Deviation.BLACK_MATERIALS)
         return Deviation.BLACK_MATERIALS in evaluation.deviations
+
+
+def _arrays(value: Any) -> list[Array]:
+    """The numbers that a node's value consists of."""
+    if isinstance(value, dict):
+        return [array for part in value.values() for array in _arrays(part)]
+    if isinstance(value, np.ndarray):
+        return [value]
+    return [part for part in vars(value).values() if isinstance(part, np.ndarray)] if is_dataclass(value) else []
 
 
 def constant_input(node: Any, name: str) -> Array | str | None:

@@ -114,7 +114,9 @@ def _check(
     target, count = shader.target, sum(len(colors) for colors in found)
     bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
     if bad:
-        message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite"
+        node = expectation.not_finite()
+        where = f"; in the reference, the node '{node}' is the first that is" if node else ""
+        message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite{where}"
         return TargetResult("compare", "fail", samples=count), [finding("SHADER_NOT_FINITE", place, message)]
     if expectation.reason:
         return TargetResult("compile", "skip", expectation.reason, samples=count), []

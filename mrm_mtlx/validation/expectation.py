@@ -112,6 +112,10 @@ class Expectation:
         self.lobes = [shape_of(facets) for facets in traits.lobes]
         return traits.properties
 
+    def not_finite(self) -> str:
+        """Path of the node whose value in the reference is the first that is no finite number, or ""."""
+        return "" if self.surface is None else self.surface.not_finite(self._points[0])
+
     def draw(
         self, program: SurfaceProgram, uniforms: Mapping[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], ...]:

@@ -554,3 +554,27 @@ def test_a_metal_of_the_document_is_the_lobe_of_its_numbers(response, flat_point
     )
     # Relative; grazing cosines, from 1e-3 up, are rounded as parts of unit vectors.
     np.testing.assert_allclose(response(text, flat_points(v, l)), lobe.eval(v, l) * l[:, 2:], rtol=64 * EPS / 1e-3)
+
+
+# What is no finite number ---------------------------------------------------------------------------------------------
+
+ZERO = '<normalize name="zero" type="vector3"><input name="in" type="vector3" value="0, 0, 0"/></normalize>'
+LOBE = '<conductor_bsdf name="{}" type="BSDF"><input name="normal" type="vector3" nodename="{}"/></conductor_bsdf>'
+WITHIN = (
+    '<nodedef name="ND_a" node="a"><output name="out" type="BSDF"/></nodedef><nodegraph name="NG_a" nodedef="ND_a">'
+    f'{ZERO}{LOBE.format("lobe", "zero")}<output name="out" type="BSDF" nodename="lobe"/></nodegraph>'
+    '<a name="bsdf" type="BSDF"/>'
+)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "path"),
+    [
+        (ZERO + LOBE.format("bsdf", "zero"), "zero"),
+        (WITHIN, "bsdf/NG_a/zero"),
+        ('<conductor_bsdf name="bsdf" type="BSDF"/>', ""),
+    ],
+)
+def test_the_first_node_that_gives_no_finite_number_is_named(surface_document, flat_points, nodes, path):
+    document = surface_document(nodes)
+    assert Surface(document.getNode("m")).not_finite(flat_points(UP, UP)) == path

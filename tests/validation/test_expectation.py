@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import MaterialX as mx
 import numpy as np
 import pytest
 
@@ -98,3 +99,14 @@ def test_two_comparisons_as_one_are_as_bad_as_the_worse(rng, glass):
         assert (both.differing, both.excess, both.worst) == (len(points), bad.excess, bad.worst)
         assert (both.max_error, both.tolerance) == (bad.max_error, bad.tolerance)
     assert np.isclose(bad.excess, 2.0)
+
+
+def test_a_shader_that_is_not_finite_is_told_with_the_node_that_makes_it_so(gl, surface_document, check, tmp_path):
+    document = surface_document(
+        '<normalize name="zero" type="vector3"><input name="in" type="vector3" value="0, 0, 0"/></normalize>'
+        '<conductor_bsdf name="bsdf" type="BSDF"><input name="normal" type="vector3" nodename="zero"/></conductor_bsdf>'
+    )
+    mx.writeToXmlFile(document, str(tmp_path / "zero.mtlx"))
+    (result,) = check(tmp_path / "zero.mtlx")
+    assert [f.code for f in result.findings] == ["SHADER_NOT_FINITE"]
+    assert "the node 'zero' is the first that is" in result.findings[0].message
