@@ -373,7 +373,7 @@ def test_tiles_alone_are_copied(tiled, library, link, tmp_path):
     assert sorted(contents(tmp_path / "out" / "X")) == ["t.1001.png", "t.1011.png"]
 
 
-def test_a_link_among_tiles_is_a_finding(tiled, link, place, tmp_path):
+def test_a_link_among_tiles_is_a_finding(tiled, library, link, place, tmp_path):
     link(tmp_path / "project" / "t.1002.png", place.secrets[".png"])
-    found = check_files(tiled.document, tiled.reach)
+    found = check_files(tiled.document, tiled.reach, library)
     assert [(f.code, f.location) for f in found] == [("READ_OUTSIDE", "/both/file")]
