@@ -68,7 +68,7 @@ def scan(content: bytes, name: str, *, is_document: bool) -> Scan:
     except expat.ExpatError as error:
         refused = _refused(error, file)
     mark = _unused_sign(text)
-    marked, count = _marked(text, mark)
+    marked, count = _marked(text, mark) if mark else (text, 0)
     if not count:
         raise refused
     try:
@@ -96,9 +96,9 @@ def _decoded(content: bytes, file: str) -> str:
 
 
 def _unused_sign(text: str) -> str:
-    """A character of the private use area that a text has not."""
+    """A character of the private use area that a text has not, or "" if it has all."""
     used = set(text)
-    return next(sign for sign in map(chr, range(0xE000, 0xF900)) if sign not in used)
+    return next((sign for sign in map(chr, range(0xE000, 0xF900)) if sign not in used), "")
 
 
 def _marked(text: str, mark: str) -> tuple[str, int]:

@@ -403,6 +403,13 @@ def test_what_stands_around_does_not_mislead_the_search_for_such_values(scanned,
     assert [name in f.message for f, name in zip(found, ("a.<UDIM>.png", "b.<UDIM>.png"), strict=True)] == [True, True]
 
 
+def test_a_text_that_leaves_no_sign_for_a_mark_is_refused(scanned):
+    every = "".join(map(chr, range(0xE000, 0xF900)))
+    with pytest.raises(ReadError) as caught:
+        scanned(f"{HEAD}<!--{every}-->{udim('a.<UDIM>.png')}</materialx>")
+    assert caught.value.finding.code == "READ_XML"
+
+
 WITH = udim("a.<UDIM>.png")
 # Broken texts, the line that is named, and the column.
 NOT_XML = {
