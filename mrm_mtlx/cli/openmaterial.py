@@ -86,7 +86,10 @@ def _brdf(path: Path, element: str | None, roots: list[Path] | None) -> Brdf:
     chosen = open_surfaces(path, element, roots)[0]
     brdf = surface_brdf(chosen.surface)
     normal = np.array([0.0, 0.0, 1.0])
-    brdf(normal, normal)  # images are read when they are needed, and what is wrong with them is known then
+    try:
+        brdf(normal, normal)  # images are read when they are needed, and what is wrong with them is known then
+    except ValueError as error:
+        raise typer.BadParameter(f"{path} has {error}", param_hint="PATH") from error
     chosen.refuse_missing_images()
     return brdf
 

@@ -244,6 +244,7 @@ class _Run:
             typer.echo(printable(f"mrm: /{opened.name} has {error}"), err=True)
             raise typer.Exit(1) from error
         opened.refuse_missing_images()
+        opened.images.release()
         self._brdfs.append((opened.name, brdf))
         return report
 

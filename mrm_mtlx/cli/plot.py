@@ -225,6 +225,7 @@ def _of_document(
             typer.echo(f"mrm: {error}", err=True)
             raise typer.Exit(3) from error
         opened.refuse_missing_images()
+        opened.images.release()
     return curves
 
 

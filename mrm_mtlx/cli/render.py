@@ -78,6 +78,7 @@ def render(
     from mrm_mtlx.engines import gl, osl
     from mrm_mtlx.engines.compile_error import CompileError
     from mrm_mtlx.library import Origin, load_library
+    from mrm_mtlx.library.document_images import ImagesTooLargeError
     from mrm_mtlx.library.images import read_image
     from mrm_mtlx.render import path_traced, picture
     from mrm_mtlx.shadergen import GenerationError, OslMode
@@ -104,6 +105,8 @@ def render(
                 mode = OslMode(osl_mode.value)
                 panels = path_traced.render(*surface, paths=paths, seed=seed, mode=mode, progress=report)
             picture.write(panels, output, exposure, oversampling=1)
+    except ImagesTooLargeError as error:
+        raise typer.BadParameter(f"{path} has {error}", param_hint="PATH") from error
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     except GenerationError as error:

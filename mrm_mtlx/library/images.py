@@ -50,6 +50,8 @@ _TARGA = (".tga", ".tpic")
 _CHANNELS = 4
 # OpenImageIO's names of the types that are kept as they are stored.
 _TYPES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+# The channels that a node of four components reads, by the number that there are.
+_OF_FOUR = {1: (0, 0, 0, None), 2: (0, 0, 0, 1), 3: (0, 1, 2, None), 4: (0, 1, 2, 3)}
 # Of libjpeg's warnings, those after which pixels are made up.
 _DAMAGE = re.compile("premature end|bad Huffman|bad arithmetic|instead of RST", re.IGNORECASE)
 
@@ -227,6 +229,12 @@ def _plain(said: str, path: Path) -> str:
     """What OpenImageIO says, on one line and without the folder."""
     names = said.replace(str(path), path.name).replace(f"{path.parent}{os.sep}", "")
     return printable(names.strip()) or "no reason given"
+
+
+def component(pixels: NDArray[Any], number: int) -> NDArray[Any] | None:
+    """What a node of four components reads as one of them, as it is stored, shape (...); None where that is opaque."""
+    channel = _OF_FOUR[min(pixels.shape[-1], 4)][number]
+    return None if channel is None else pixels[..., channel]
 
 
 def as_read(pixels: NDArray[Any], components: int) -> NDArray[np.floating]:

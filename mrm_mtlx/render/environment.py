@@ -19,7 +19,7 @@ _ROWS = 32
 
 def environment(image: NDArray[np.floating], samples: int) -> Environment:
     """An environment from a latitude-longitude image of radiance, shape (height, width, channels), row 0 at +y."""
-    radiance = np.asarray(image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, -1), dtype=float)
+    radiance = image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, -1)
     return Environment(radiance, irradiance_over_pi(radiance), samples)
 
 
@@ -68,4 +68,4 @@ def _shrink(image: Array, rows: int) -> Array:
     step_y, step_x = max(image.shape[0] // rows, 1), max(image.shape[1] // (2 * rows), 1)
     height, width = image.shape[0] // step_y * step_y, image.shape[1] // step_x * step_x
     blocks = image[:height, :width].reshape(height // step_y, step_y, width // step_x, step_x, 3)
-    return np.asarray(blocks.mean(axis=(1, 3)))
+    return np.asarray(blocks.mean(axis=(1, 3), dtype=float))

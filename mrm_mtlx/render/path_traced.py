@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines import osl
-from mrm_mtlx.library.filenames import rename_files
+from mrm_mtlx.library.document_images import refuse_excess
+from mrm_mtlx.library.filenames import filenames, rename_files
 from mrm_mtlx.render import picture
 from mrm_mtlx.render.meshes import mesh
 from mrm_mtlx.render.shapes import EYE, HALF_FIELD
@@ -62,8 +63,10 @@ def render(
     RuntimeFailure
         If there is no Cycles, or it dies.
     ValueError
-        If a comparison is asked for of a material without a retroreflective lobe.
+        If an image cannot be read, there are too many, or a comparison is asked for of a material without a
+        retroreflective lobe.
     """
+    refuse_excess((name for _, name in filenames(element.getDocument())), reach)
     rename_files(element.getDocument(), lambda name: str(reach.resolve(name) or ""))
     shaders = [
         generate(document.getDescendant(element.getNamePath()), "osl", library, mode)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
-from mrm_mtlx.library.images import read_image, srgb_encoded, write_image
+from mrm_mtlx.library.document_images import DocumentImages
+from mrm_mtlx.library.images import srgb_encoded, write_image
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
@@ -73,11 +74,11 @@ def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings)
     ValueError
         If a texture cannot be read, or a comparison is asked for of a material without a retroreflective lobe.
     """
-    panels = []
+    panels, images = [], DocumentImages(reach)
     for document in versions(element.getDocument(), settings):
         shader = generate(document.getDescendant(element.getNamePath()), "glsl", library)
         textures = {
-            port.variable: _pixels(port.value, reach)
+            port.variable: _pixels(port.value, images)
             for port in shader.uniforms
             if port.type == "filename" and port.value
         }
@@ -86,12 +87,11 @@ def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings)
     return side_by_side(panels, _GAP * OVERSAMPLING)
 
 
-def _pixels(name: str, reach: Reach) -> NDArray[np.float32]:
-    path = reach.regular(name)
-    if path is None:
-        msg = f"{name}: there is no such file that may be read"
-        raise ValueError(msg)
-    return read_image(path)
+def _pixels(name: str, images: DocumentImages) -> NDArray[Any]:
+    pixels = images(name)
+    if pixels is None:
+        raise ValueError(images.problems[-1] if images.problems else f"{name}: there is no such file that may be read")
+    return pixels
 
 
 def versions(document: Any, settings: Settings) -> list[Any]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines import gl
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.library import document_images
+from mrm_mtlx.library.document_images import ImagesTooLargeError
 from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.mending import mended_sources
@@ -30,39 +31,29 @@ if TYPE_CHECKING:
 GL_TARGETS = ("glsl", "essl")
 
 
-class DocumentImages:
-    """The image files of one document: each is read once, and only within reach.
-
-    `findings` are those of the files that cannot be read; files that are missing or outside are findings of the
-    document's structure.
-    """
+class DocumentImages(document_images.DocumentImages):
+    """The images of a document, with a finding for each that cannot be read."""
 
     def __init__(self, reach: Reach, place: str) -> None:
-        self.findings: list[Finding] = []
-        self._reach, self._place = reach, place
-        self._known: dict[str, NDArray[np.float32] | None] = {}
+        super().__init__(reach)
+        self._place = place
 
-    def __call__(self, name: str) -> NDArray[np.float32] | None:
-        """Pixels of a file by its name in the document, or None; see `read_image`."""
-        if name not in self._known:
-            self._known[name] = self._read(name)
-        return self._known[name]
+    @property
+    def findings(self) -> list[Finding]:
+        """A finding for each of the `problems` so far."""
+        return [finding("DOC_FILE", self._place, problem) for problem in self.problems]
 
-    def of(self, shader: Shader) -> dict[str, NDArray[np.float32]]:
-        """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out."""
+    def of(self, shader: Shader) -> dict[str, NDArray[Any]]:
+        """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out.
+
+        Raises
+        ------
+        ImagesTooLargeError
+            If there is too much of them.
+        """
         files = [port for port in shader.uniforms if port.type == "filename" and port.value]
         pixels = {port.variable: self(str(port.value)) for port in files}
         return {variable: image for variable, image in pixels.items() if image is not None}
-
-    def _read(self, name: str) -> NDArray[np.float32] | None:
-        path = self._reach.regular(name)
-        if path is None:
-            return None
-        try:
-            return read_image(path)
-        except ValueError as error:
-            self.findings.append(finding("DOC_FILE", self._place, str(error)))
-            return None
 
 
 def check_draws(
@@ -94,9 +85,15 @@ def check_draws(
     if not available.available:
         return dict.fromkeys(expectations, (TargetResult("generate", "skip", available.reason), []))
     try:
-        with gl.SurfaceProgram(shader, images.of(shader)) as program:
-            found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
-        return {name: _check(shader, images, *expectations[name], found[name], mended, place) for name in expectations}
+        try:
+            with gl.SurfaceProgram(shader, images.of(shader)) as program:
+                found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
+            return {
+                name: _check(shader, images, *expectations[name], found[name], mended, place) for name in expectations
+            }
+        except ImagesTooLargeError as error:
+            gl.SurfaceProgram(shader).release()  # at least it is compiled
+            return dict.fromkeys(expectations, (TargetResult("compile", "skip", f"it has {error}"), []))
     except gl.CompileError as error:
         refused = finding("SHADER_COMPILE", place, f"{shader.target}: {error.messages[0]}")
         return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [refused]))

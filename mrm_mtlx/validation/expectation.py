@@ -9,6 +9,7 @@ import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting
 from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
+from mrm_mtlx.library.document_images import ImagesTooLargeError
 from mrm_mtlx.reference import Environment, Illumination, Surface, UnsupportedError
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
@@ -107,6 +108,9 @@ class Expectation:
             traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 2)))
         except (UnsupportedError, RecursionError) as error:
             self.reason = str(error)
+            return {}
+        except ImagesTooLargeError as error:
+            self.reason = f"it has {error}"
             return {}
         self.surface = surface
         self.lobes = [shape_of(facets) for facets in traits.lobes]

@@ -11,6 +11,7 @@ from mrm_mtlx.engines.gl import Lighting
 from mrm_mtlx.engines.gl.context import context, parking_target
 from mrm_mtlx.engines.gl.image_calls import Sampling, samplings
 from mrm_mtlx.engines.gl.textures import upload
+from mrm_mtlx.library.images import as_read
 
 UNIT = 2.0**-24
 
@@ -243,4 +244,41 @@ def test_generated_code_says_how_its_images_are_looked_up(shader_of, make_docume
     found = samplings(shader_of(make_document(nodes + lamp), element="lamp", target=target))
     assert set(found) == {"a_file"}
     assert found["a_file"].default == pytest.approx(expected.default)
-    assert replace(found["a_file"], default=expected.default) == expected
+    assert replace(found["a_file"], default=expected.default, read=4) == expected
+    assert found["a_file"].read == found["a_file"].components
+
+
+@pytest.mark.parametrize("order", [("float", "color3"), ("color3", "float")])
+def test_a_texture_has_what_all_nodes_read_that_share_its_file(shader_of, make_document, order):
+    images = "".join(
+        f'<image name="{kind}" type="{kind}"><input name="file" type="filename" interfacename="file"/></image>'
+        for kind in order
+    )
+    nodes = (
+        '<nodedef name="ND_own" node="own"><input name="file" type="filename" uniform="true"/>'
+        '<output name="out" type="color3"/></nodedef>'
+        f'<nodegraph name="NG_own" nodedef="ND_own">{images}<multiply name="p" type="color3">'
+        '<input name="in1" type="color3" nodename="color3"/><input name="in2" type="float" nodename="float"/>'
+        '</multiply><output name="out" type="color3" nodename="p"/></nodegraph>'
+        f'<own name="a" type="color3">{FILE}</own>'
+        '<surface_unlit name="lamp" type="surfaceshader">'
+        '<input name="emission_color" type="color3" nodename="a"/></surface_unlit>'
+    )
+    (found,) = samplings(shader_of(make_document(nodes), element="lamp", target="glsl")).values()
+    assert found.read == 3
+
+
+@pytest.mark.parametrize("kind", ["u1", "u2", "f2", "f4"])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize("mode", ["periodic", "constant"])
+@pytest.mark.parametrize("read", [1, 2, 3, 4])
+def test_pixels_are_shown_as_they_are_stored(gl_clean, rng, monkeypatch, kind, channels, mode, read):
+    monkeypatch.setattr("mrm_mtlx.engines.gl.textures._STRIP_BYTES", 64)  # so that an image goes in several parts
+    stored = (rng.integers(0, 256, (5, 7, channels)) * (257 if kind == "u2" else 1)).astype(kind)
+    stored = stored if kind[0] == "u" else (stored / 255).astype(kind)
+    row, column = np.divmod(np.arange(35), 7)
+    at = np.stack([(column + 0.5) / 7, 1.0 - (row + 0.5) / 5], axis=1)
+    sampling = Sampling(mode, mode, components=read, read=read)
+    found = look_up(stored, sampling, at)[:, :read]
+    # Texels in the middle; a whole number becomes a float by one rounding, as does its weight.
+    np.testing.assert_allclose(found, as_read(stored, read).reshape(35, -1), rtol=2**-22, atol=1e-5)

@@ -40,6 +40,21 @@ def parking_target() -> Any:
     return context().framebuffer(color_attachments=[context().texture((1, 1), 4, dtype="f4")])
 
 
+def free_textures() -> None:
+    """Have the driver give the memory of released textures back: it keeps those of the last draw until the next."""
+    parking_target().use()
+    _point().render(context().POINTS, vertices=1)
+    context().finish()
+
+
+@cache
+def _point() -> Any:
+    """Vertices of a draw that has no textures."""
+    vertex = "#version 430\nvoid main() { gl_Position = vec4(0.0, 0.0, 0.0, 1.0); }"
+    pixel = "#version 430\nout vec4 color;\nvoid main() { color = vec4(0.0); }"
+    return context().vertex_array(context().program(vertex_shader=vertex, fragment_shader=pixel), [])
+
+
 @cache
 def availability() -> Availability:
     """Whether generated GLSL can run here; the detail names the driver."""

@@ -8,7 +8,7 @@ poles) or names otherwise (wrapS of UsdUVTexture). Here the calls are followed i
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library.images import ADDRESS_MODES, FILTER_TYPES
@@ -34,6 +34,8 @@ class Sampling:
         before the transform of the file's colour space.
     components
         Of the node that reads the image.
+    read
+        The most components of all nodes that read it.
     """
 
     u: str = "periodic"
@@ -41,6 +43,7 @@ class Sampling:
     filter: str = "linear"
     default: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     components: int = 4
+    read: int = 4
 
 
 # Components of the types that image functions give.
@@ -61,7 +64,8 @@ def samplings(shader: Shader) -> dict[str, Sampling]:
     known = {port.variable: port.value for port in shader.uniforms if port.type != "filename"}
     found: dict[str, Sampling] = {}
     for file, sampling in _lookups("main", functions, known | {name: _File(name) for name in files}, set()):
-        found.setdefault(file, sampling)
+        first = found.setdefault(file, sampling)
+        found[file] = replace(first, read=max(first.read, sampling.read))
     return {name: found.get(name, Sampling()) for name in files}
 
 
@@ -116,6 +120,7 @@ def _sampling(image: _Function, given: Mapping[str, Any]) -> Sampling:
         _choice(FILTER_TYPES, given.get("filtertype"), "linear"),
         # A default that a node computes is known to the shader alone.
         tuple(0.0 if x is None else float(x) for x in numbers),
+        components,
         components,
     )
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
-from mrm_mtlx.engines.gl.context import context, parking_target
+from mrm_mtlx.engines.gl.context import context, free_textures, parking_target
 from mrm_mtlx.engines.gl.image_calls import samplings
 from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
-from mrm_mtlx.engines.gl.textures import stand_in, upload
+from mrm_mtlx.engines.gl.textures import stand_in, texture_bytes, upload
 from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
+from mrm_mtlx.library.document_images import MAXIMUM_TEXTURE_BYTES, ImagesTooLargeError, too_large
 from mrm_mtlx.shadergen.generate import LIGHT_TYPES
 from mrm_mtlx.text import text_lines
 
@@ -56,6 +57,8 @@ class SurfaceProgram:
     ------
     CompileError
         If the driver refuses the source.
+    ImagesTooLargeError
+        If its textures would take more than `MAXIMUM_TEXTURE_BYTES`.
     RuntimeError
         If there is no OpenGL here.
     """
@@ -66,6 +69,11 @@ class SurfaceProgram:
         self._context = context()
         self._shader = shader
         self._textures: dict[str, Any] = {}
+        sampled = samplings(shader)
+        images = {name: (textures or {}).get(name, stand_in(sampling)) for name, sampling in sampled.items()}
+        size = sum(texture_bytes(pixels, sampled[name]) for name, pixels in images.items())
+        if size > MAXIMUM_TEXTURE_BYTES:
+            raise ImagesTooLargeError(too_large("images that take, as textures,", size, MAXIMUM_TEXTURE_BYTES))
         self._document_values = {port.variable: port.value for port in shader.uniforms if port.value is not None}
         try:
             self._program = self._context.program(
@@ -76,9 +84,9 @@ class SurfaceProgram:
             source = "" if "vertex_shader" in str(error) else shader.sources["pixel"]
             raise CompileError(_parse_log(str(error), source)) from error
         self._members = {name: self._program[name] for name in self._program}
-        for name, sampling in samplings(shader).items():
-            pixels = (textures or {}).get(name)
-            self._textures[name] = upload(self._context, stand_in(sampling) if pixels is None else pixels, sampling)
+        for name, pixels in images.items():
+            # Each sample is a point of its own and has no neighbours, so that level 0 alone is ever read.
+            self._textures[name] = upload(self._context, pixels, sampled[name], mipmaps=False)
         for port in shader.uniforms:
             if port.type != "filename" and port.value is not None and not isinstance(port.value, str):
                 self._set(port.variable, port.value)
@@ -101,6 +109,8 @@ class SurfaceProgram:
         self._program.release()
         for texture in self._textures.values():
             texture.release()
+        if self._textures:
+            free_textures()
         self._textures.clear()
 
     @property

@@ -17,30 +17,61 @@ if TYPE_CHECKING:
 # OpenGL's numbers, from its registry.
 _TEXTURE_2D = 0x0DE1
 _WRAP_S, _WRAP_T, _BORDER_COLOR = 0x2802, 0x2803, 0x1004
+# moderngl's names of the types of texels.
+_DTYPES = {"u2": "nu2", "f2": "f2", "f4": "f4"}
+# Of an image on its way to the driver.
+_STRIP_BYTES = 1 << 24
 _WRAPS = {"constant": 0x812D, "clamp": 0x812F, "periodic": 0x2901, "mirror": 0x8370}
 
 
-def upload(
-    context: Any, pixels: NDArray[np.floating], sampling: Sampling | None = None, *, mipmaps: bool = True
-) -> Any:
-    """A float texture of an image, flipped so that v grows upward as MaterialX has it.
+def upload(context: Any, pixels: NDArray[Any], sampling: Sampling | None = None, *, mipmaps: bool = True) -> Any:
+    """A texture of an image, flipped so that v grows upward as MaterialX has it.
 
-    `sampling` says how it is looked up and read: without, it repeats in both directions, filtered linearly. There is
-    no cubic filter in OpenGL; as MaterialX's own hosts do, "cubic" is linear.
+    `pixels` may be as stored: whole numbers become 16 bits, which hold those of 8 bits exactly and are not filtered in
+    8 bits, float16 stays, all else is float32. `sampling` says how it is looked up and read: without, it repeats in
+    both directions, filtered linearly. There is no cubic filter in OpenGL; as MaterialX's own hosts do, "cubic" is
+    linear.
     """
     sampling = sampling or Sampling()
-    if "constant" in (sampling.u, sampling.v):
-        pixels = as_read(pixels, sampling.components)  # the border's colour goes through the swizzle, too
     height, width, channels = pixels.shape
-    components = min(channels, 4)
-    data = np.ascontiguousarray(pixels[::-1, :, :components], dtype="f4")
-    texture = context.texture((width, height), components, data.tobytes(), dtype="f4", alignment=4)
+    components, kind = _components(channels, sampling), _kind(pixels.dtype)
+    texture = context.texture((width, height), components, dtype=_DTYPES[kind], alignment=1)
+    step = max(_STRIP_BYTES // (width * channels * 4), 1)
+    for row in range(0, height, step):
+        strip = _texels(pixels[::-1][row : row + step], sampling, components, kind)
+        texture.write(strip.tobytes(), viewport=(0, row, width, len(strip)), alignment=1)
     if components == 1:
         texture.swizzle = "RRR1"
-    elif components == 2 and sampling.components != 2:
+    elif channels == 2 and sampling.components != 2 and "constant" not in (sampling.u, sampling.v):
         texture.swizzle = "RRRG"
     _set_sampler(context, texture, sampling, mipmaps)
     return texture
+
+
+def texture_bytes(pixels: NDArray[Any], sampling: Sampling) -> int:
+    """Bytes that the texture of an image takes, without mipmaps."""
+    components, size = _components(pixels.shape[-1], sampling), np.dtype(_kind(pixels.dtype)).itemsize
+    return pixels.shape[0] * pixels.shape[1] * (4 if components == 3 else components) * size
+
+
+def _components(channels: int, sampling: Sampling) -> int:
+    """Components of a texture: no more than are read of it; a grey and its opacity go through a swizzle."""
+    if "constant" in (sampling.u, sampling.v):  # the border's colour goes through the swizzle, too
+        return sampling.read
+    return channels if channels <= 2 else min(channels, sampling.read)
+
+
+def _kind(stored: np.dtype[Any]) -> str:
+    return {"uint8": "u2", "uint16": "u2", "float16": "f2"}.get(stored.name, "f4")
+
+
+def _texels(rows: NDArray[Any], sampling: Sampling, components: int, kind: str) -> NDArray[Any]:
+    """Some rows of an image as they go into its texture."""
+    if "constant" in (sampling.u, sampling.v):
+        values = as_read(rows, components)
+        return np.round(65535.0 * values).astype("u2") if kind == "u2" else values.astype(kind)
+    chosen = rows[..., :components]
+    return chosen.astype("u2") * np.uint16(257) if chosen.dtype == np.uint8 else chosen.astype(kind)
 
 
 def stand_in(sampling: Sampling) -> NDArray[np.float32]:

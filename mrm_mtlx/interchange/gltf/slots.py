@@ -12,7 +12,8 @@ import numpy as np
 from mrm_mtlx.interchange.gltf.asset import ImageFile
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.textures import PLAIN_KINDS, kind_of
-from mrm_mtlx.library.images import as_read, read_image, srgb_decoded, srgb_encoded, write_image
+from mrm_mtlx.library.document_images import DocumentImages, ImagesTooLargeError
+from mrm_mtlx.library.images import as_values, component, srgb_decoded, srgb_encoded, write_image
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,8 +24,10 @@ if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported
 
 _ALPHA = 3
-# Of an image that is looked into, which takes 50 bytes for each: 8192 x 8192.
+# Of an image that is looked into, whose making takes 20 bytes for each: 8192 x 8192.
 MAXIMUM_PIXELS = 1 << 26
+# Rows of an image that are composed at a time.
+_ROWS = 256
 
 
 class Channel(NamedTuple):
@@ -48,22 +51,12 @@ class Channel(NamedTuple):
         return self.lookup.encoded and self.channel != _ALPHA
 
 
-class Images:
-    """The images of a document; each file is read once."""
+class Images(DocumentImages):
+    """The images of a document, as they may be written beside an asset."""
 
     def __init__(self, source: Imported, output: Path) -> None:
+        super().__init__(source.reach)
         self._source, self._folder = source, output.parent.resolve()
-        self._pixels: dict[str, NDArray[np.float32] | None] = {}
-
-    def pixels(self, name: str) -> NDArray[np.float32] | None:
-        """Pixels of a file by its name in the document, None if there is no such image."""
-        if name not in self._pixels:
-            path = self._path(name)
-            try:
-                self._pixels[name] = None if path is None else read_image(path)
-            except ValueError:
-                self._pixels[name] = None
-        return self._pixels[name]
 
     def slot(self, wanted: Mapping[int, Channel | None], name: str) -> ImageFile:
         """The image of a texture.
@@ -89,28 +82,35 @@ class Images:
         if len({pixels.shape[:2] for pixels in loaded.values()}) > 1:
             msg = "images of different size would have to be one"
             raise InexpressibleError(msg)
-        return ImageFile(f"{name}.png", _png(_composed(wanted, loaded)))
+        return ImageFile(f"{name}.png", _png(wanted, loaded))
 
     def _path(self, name: str) -> Path | None:
         return self._source.reach.regular(name)
 
-    def _loaded(self, name: str) -> NDArray[np.float32]:
-        pixels = self.pixels(name)
+    def _loaded(self, name: str) -> NDArray[Any]:
+        try:
+            pixels = self(name)
+        except ImagesTooLargeError as error:
+            msg = f"it has {error}"
+            raise InexpressibleError(msg) from error
         if pixels is None:
             msg = f"the image {name} cannot be read"
             raise InexpressibleError(msg)
         if pixels.shape[0] * pixels.shape[1] > MAXIMUM_PIXELS:
             msg = f"the image {name} has {pixels.shape[1]} x {pixels.shape[0]} pixels, more than are converted"
             raise InexpressibleError(msg)
-        return as_read(pixels, 4)
+        return pixels
 
-    def _fits(self, target: int, channel: Channel | None, loaded: Mapping[str, NDArray[np.floating]]) -> bool:
+    def _fits(self, target: int, channel: Channel | None, loaded: Mapping[str, NDArray[Any]]) -> bool:
         """Whether the file as it stands has in this channel what is wanted."""
         (pixels,) = loaded.values()
+        there = component(pixels, target)
         if channel is None:
-            return bool(np.all(pixels[..., target] == 1.0))
-        same = channel.channel == target or np.array_equal(pixels[..., channel.channel], pixels[..., target])
-        return same and channel.is_decoded == channel.encoded
+            opaque = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
+            return there is None or bool(np.all(there == opaque))
+        wanted = component(pixels, channel.channel)
+        both = there is not None and wanted is not None and np.array_equal(wanted, there)
+        return (channel.channel == target or both) and channel.is_decoded == channel.encoded
 
     def _as_it_is(self, name: str) -> ImageFile | None:
         path = self._path(name)
@@ -122,14 +122,30 @@ class Images:
         return ImageFile(path.name, content)
 
 
-def _composed(wanted: Mapping[int, Channel | None], loaded: Mapping[str, Any]) -> NDArray[np.floating]:
-    """Pixels with these channels; those that are not wanted are 1."""
+def _png(wanted: Mapping[int, Channel | None], loaded: Mapping[str, NDArray[Any]]) -> bytes:
+    """Bytes of a PNG with these channels, of 8 bits per value where these are exact, else of 16."""
+    height, width = next(iter(loaded.values())).shape[:2]
+    pixels, is_exact = np.empty((height, width, 4 if _ALPHA in wanted else 3), dtype=np.uint16), True
+    for first in range(0, height, _ROWS):
+        rows = slice(first, first + _ROWS)
+        values = _composed(wanted, {file: image[rows] for file, image in loaded.items()})
+        is_exact = is_exact and np.allclose(255.0 * values, np.round(255.0 * values), rtol=0.0, atol=1e-4)
+        pixels[rows] = np.round(65535.0 * values)
+    with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
+        path = Path(folder) / "image.png"
+        write_image(path, np.round(pixels / np.float32(257.0)).astype(np.uint8) if is_exact else pixels, {})
+        return path.read_bytes()
+
+
+def _composed(wanted: Mapping[int, Channel | None], loaded: Mapping[str, NDArray[Any]]) -> NDArray[np.floating[Any]]:
+    """Some rows of pixels with these channels; those that are not wanted are 1."""
     height, width = next(iter(loaded.values())).shape[:2]
     pixels = np.ones((height, width, 4 if _ALPHA in wanted else 3))
     for target, channel in wanted.items():
-        if channel is None:
+        stored = None if channel is None else component(loaded[channel.lookup.file], channel.channel)
+        if channel is None or stored is None:
             continue
-        values = loaded[channel.lookup.file][..., channel.channel].astype(float)
+        values = as_values(stored).astype(float)
         if channel.is_decoded and not channel.encoded:
             values = srgb_decoded(values)
         elif channel.encoded and not channel.is_decoded:
@@ -139,13 +155,3 @@ def _composed(wanted: Mapping[int, Channel | None], loaded: Mapping[str, Any]) -
             raise InexpressibleError(msg)
         pixels[..., target] = values
     return pixels
-
-
-def _png(pixels: NDArray[np.floating]) -> bytes:
-    """Bytes of a PNG with 8 bits per value where these are exact, else with 16."""
-    is_exact = np.allclose(pixels * 255.0, np.round(pixels * 255.0), rtol=0.0, atol=1e-4)
-    kind, largest = (np.uint8, 255.0) if is_exact else (np.uint16, 65535.0)
-    with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
-        path = Path(folder) / "image.png"
-        write_image(path, np.round(pixels * largest).astype(kind), {})
-        return path.read_bytes()

@@ -15,6 +15,7 @@ from mrm_mtlx.interchange.gltf.placement import InexpressibleError
 from mrm_mtlx.interchange.gltf.reading import read
 from mrm_mtlx.interchange.gltf.slots import Images
 from mrm_mtlx.interchange.imported import NothingToWriteError, Remark
+from mrm_mtlx.library.document_images import ImagesTooLargeError
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.writing import FileSet
 from mrm_mtlx.reference import UnsupportedError
@@ -46,6 +47,7 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
     written = []
     for element in renderable_elements(document):
         place = f"/{element.getNamePath()}"
+        images.start_surface()
         try:
             material = Material(element, asset, images)
         except InexpressibleError as error:
@@ -73,10 +75,15 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
         found = Images(back, copy)
         for element, again, data in zip(elements, renderable_elements(back.document), asset.materials, strict=True):
             place = f"/{element.getNamePath()}"
+            images.start_surface()
+            found.start_surface()
             transmits = "KHR_materials_transmission" in data.get("extensions", {})
-            pair = (element, images.pixels), (again, found.pixels)
+            pair = (element, images), (again, found)
             try:
                 largest, mean = comparison.difference(*pair, transmits=transmits)
+            except ImagesTooLargeError as error:
+                remarks.append(Remark(LOST, place, f"it was written and not compared: it has {error}"))
+                continue
             except (UnsupportedError, RecursionError) as error:
                 remarks.append(Remark(LOST, place, f"it was written and not compared: {error}"))
                 continue
