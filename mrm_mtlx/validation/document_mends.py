@@ -32,7 +32,7 @@ def with_names_of_their_own(document: mx.Document) -> None:
         for port in _read(graph):
             _rename(port, "interfacename", files)
         for element in chain.from_iterable(_files(holder) for holder in (definition, *users)):
-            element.setName(files[element.getName()])
+            element.setName(files.get(element.getName(), element.getName()))
 
 
 def with_spaces_where_values_are_read(document: mx.Document) -> None:
