@@ -51,7 +51,8 @@ class Port:
     """A variable of the generated code: a uniform or an interpolated input.
 
     `path` is the document element the value came from, or "" for the generator's own variables; `value` is a plain
-    Python value (bool, int, float, str or a tuple of floats), or None where the host is to supply it.
+    Python value (bool, int, float, str or a tuple of floats), or None where the host is to supply it; of a type with
+    members, its text.
     """
 
     variable: str
@@ -97,7 +98,7 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
     """
     target = TARGETS[target_name]
     generator = target.create()
-    context = _context(generator, target, library)
+    context = _context(generator, target, library, element.getDocument())
     name = str(mx.createValidName(element.getName()))
     try:
         with silenced():  # generators print warnings; what matters of them is a finding of validation
@@ -121,10 +122,10 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
     return Shader(target.name, name, sources, _uniforms(stage), *_inputs(stage, generator, target))
 
 
-def _context(generator: Any, target: Target, library: DataLibrary) -> Any:
+def _context(generator: Any, target: Target, library: DataLibrary, document: mx.Document) -> Any:
     context = mx_gen.GenContext(generator)
     context.registerSourceCodeSearchPath(library.search_path)
-    generator.registerTypeDefs(library.document)
+    generator.registerTypeDefs(document)  # and of its data library
     colours = mx_gen.DefaultColorManagementSystem.create(generator.getTarget())
     colours.loadLibrary(library.document)
     generator.setColorManagementSystem(colours)
@@ -167,14 +168,14 @@ def _inputs(stage: Any, generator: Any, target: Target) -> tuple[tuple[Port, ...
 
 def _port(port: Any) -> Port:
     value = port.getValue()
-    return Port(
-        str(port.getVariable()), str(port.getType().getName()), _plain(value and value.getData()), str(port.getPath())
-    )
+    if value is not None:  # one of a type with members has nothing but its text
+        value = _plain(value.getData()) if hasattr(value, "getData") else str(value.getValueString())
+    return Port(str(port.getVariable()), str(port.getType().getName()), value, str(port.getPath()))
 
 
 def _plain(value: Any) -> Any:
     """MaterialX vectors, colours and matrices as flat tuples of floats; other values as they are."""
-    if value is None or isinstance(value, bool | int | float | str):
+    if isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, mx.Matrix33 | mx.Matrix44):
         size = range(value.numRows())

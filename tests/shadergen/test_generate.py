@@ -225,3 +225,24 @@ def test_a_node_of_the_documents_own_without_an_implementation_is_its_mistake(ma
     with pytest.raises(GenerationError) as caught:
         generate(document.getNode("m"), "glsl", library)
     assert not isinstance(caught.value, MissingCodeError)
+
+
+TYPE_OF_THE_DOCUMENT = """
+  <typedef name="pair">
+    <member name="first" type="float" value="0.5"/><member name="second" type="float" value="0.5"/>
+  </typedef>
+  <nodedef name="ND_second" node="second">
+    <input name="in" type="pair" value="{0.1;0.1}"/><output name="out" type="float"/>
+  </nodedef>
+  <implementation name="IM_second" nodedef="ND_second" target="genglsl" sourcecode="{{in}}.second"/>
+  <second name="n" type="float"><input name="in" type="pair" value="{0.25;0.75}"/></second>
+  <output name="o" type="float" nodename="n"/>
+"""
+
+
+@pytest.mark.parametrize("target", ["glsl", "essl"])
+def test_a_type_that_the_document_defines_is_known(make_document, library, target):
+    document = make_document(TYPE_OF_THE_DOCUMENT)
+    shader = generate(document.getOutput("o"), target, library)
+    assert "struct pair" in shader.sources["pixel"]
+    assert {p.variable: p.value for p in shader.uniforms}["n_in"] == "{0.25;0.75}"
