@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import subprocess
@@ -31,6 +32,7 @@ PAGES = (
     "docs/plots.md",
     "docs/prismatic.md",
     "docs/reference.md",
+    "docs/reliability.md",
     "docs/usd.md",
     "materials/README.md",
 )
@@ -96,6 +98,12 @@ COMMANDS = {
     "mrm plot --figure all -o docs/figures": "(tests/cli/test_plot.py draws them)",
     "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
+    "python -m tools.fuzz -j 2": "(takes half an hour; tests/hostile/test_fuzz.py runs 2,000)",
+    "python -m tools.fuzz --kind mtlx --count 25000 --seed 1 -j 2": (
+        "python -m tools.fuzz --kind mtlx --count 25 --seed 1"
+    ),
+    "python -m tools.fuzz --kind mtlx --replay 1:124": None,
+    "python -m tools.trace_files": "(takes minutes; tests/hostile/test_trace.py runs a part)",
     "mrm vectors --format csv -o vectors.csv": "(tests/cli/test_vectors.py writes them)",
     "mrm fit data.csv -o sheet.mtlx": "(tests/cli/test_fit.py has the data)",
     "mrm render sheet.mtlx -o sheet.png": "(tests/cli/test_fit.py has the data)",
@@ -120,10 +128,12 @@ def test_every_command_of_the_pages_is_accounted_for() -> None:
 @pytest.mark.parametrize("command", sorted(RUN))
 def test_a_command_of_the_pages_runs(command: str, tmp_path: Path) -> None:
     (tmp_path / "materials").symlink_to(REPOSITORY / "materials")
-    arguments = shlex.split(RUN[command])
-    assert arguments[0] == "mrm"
-    command = [sys.executable, "-m", "mrm_mtlx.cli.main", *arguments[1:]]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    program, *arguments = shlex.split(RUN[command])
+    assert program in ("mrm", "python")
+    command = [sys.executable, *(["-m", "mrm_mtlx.cli.main"] if program == "mrm" else []), *arguments]
+    tools = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(REPOSITORY)])}  # as in the checkout
+    variables = tools if program == "python" else None
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=variables)
     # Without a driver, nothing can be compared (3), and the doctor says so (1).
     if ("osl" in command or "cycles" in command) and not osl_availability().available:
         pytest.skip(f"OSL runtime: {osl_availability().detail}; {osl_availability().remedy}")
@@ -212,6 +222,48 @@ def test_links_of_the_pages_lead_somewhere(page: str) -> None:
     path = REPOSITORY / page
     links = re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8"))
     assert [link for link in links if not (path.parent / link).exists()] == []
+
+
+def test_the_limits_of_the_page_are_those_of_the_code() -> None:
+    from mrm_mtlx import limits, process_limits
+    from mrm_mtlx.interchange.gltf import container, textures
+    from mrm_mtlx.interchange.usd import layers, opening, weighing
+    from mrm_mtlx.library import document_images, images
+    from mrm_mtlx.measured import alta, reading, table
+    from mrm_mtlx.validation import findings, steps
+    from mrm_mtlx.validation.checks import cycles
+
+    mebi, gibi = 2**20, 2**30
+    known = {
+        "seconds for opening": (process_limits.TIME_LIMIT_S, 1),
+        "private memory": (process_limits.MAXIMUM_BYTES, gibi),
+        "a document with its includes": (limits.MAXIMUM_BYTES, mebi),
+        "files that a document includes": (limits.MAXIMUM_INCLUDES, 1),
+        "nesting of XML": (limits.MAXIMUM_XML_DEPTH, 1),
+        "nodes that the surfaces": (limits.MAXIMUM_NODES, 1),
+        "nodes in a chain": (cycles.MAXIMUM_CHAIN, 1),
+        "findings of one rule": (findings.MAXIMUM_OF_A_RULE, 1),
+        "surfaces of one document": (steps.MAXIMUM_LOST, 1),
+        "side of an image": (images.MAXIMUM_SIDE, 1),
+        "values of an image": (images.MAXIMUM_VALUES, 1),
+        "images of a document": (document_images.MAXIMUM_HELD_BYTES, mebi),
+        "layers of a stage together": (layers.MAXIMUM_BYTES, mebi),
+        "layers of a stage": (opening.MAXIMUM_LAYERS, 1),
+        "prims that a stage composes": (weighing.MAXIMUM_PRIMS, 1),
+        "JSON of a glTF": (container.MAXIMUM_JSON_BYTES, mebi),
+        "pictures unpacked": (textures.MAXIMUM_UNPACKED_BYTES, mebi),
+        "a file of measured data": (alta.MAXIMUM_BYTES, mebi),
+        "samples of measured data": (table.MAXIMUM_SAMPLES, 1),
+    }
+    assert (reading._MAXIMUM_BYTES, table.MAXIMUM_BYTES) == (alta.MAXIMUM_BYTES,) * 2
+    assert alta.MAXIMUM_SAMPLES == table.MAXIMUM_SAMPLES
+    text = (REPOSITORY / "docs/reliability.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([^|]+) \| ([\d,]+)(?: [GM]iB)? \|$", text.partition("## How it is tried")[0], re.MULTILINE)
+    assert len(rows) == len(known)
+    for what, value in rows:
+        named = max((name for name in known if what.startswith(name)), key=len)
+        number, unit = known.pop(named)
+        assert int(value.replace(",", "")) * unit == number, what
 
 
 def test_benchmarks_and_figures_import() -> None:

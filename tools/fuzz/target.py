@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import shutil
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,7 +77,6 @@ class Verdict:
     outcome: Outcome
     codes: tuple[str, ...] = ()
     detail: str = ""
-    steps: list[str] = field(default_factory=list)
 
 
 def judge(mutant: Mutant, place: Path, scratch: Path, rng: Random) -> Verdict:
