@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from mrm_mtlx.interchange.imported import Imported
     from mrm_mtlx.library.writing import FileSet
 
@@ -36,9 +35,16 @@ def name_beside(name: str, source: Imported, path: Path, files: FileSet) -> str:
     if found and (source.packed or not target.is_relative_to(folder)):
         inner = source.reach.within(target)
         for file in found:
-            files.copied(_checked(file, source), folder / path.stem / inner.with_name(file.name))
+            files.copied(_checked(file, source), folder / path.stem / _member(inner, source.reach.locate(name), file))
         target = folder / path.stem / inner
     return os.path.relpath(target, folder).replace(os.sep, "/")
+
+
+def _member(inner: Path, place: Path, file: Path) -> Path:
+    """Where a file of a set is copied to, if the set, which lies at `place`, goes to `inner`."""
+    differing = (number for number, pair in enumerate(zip(place.parts, file.parts, strict=True)) if len(set(pair)) > 1)
+    count = len(file.parts) - next(differing, len(file.parts) - 1)
+    return Path(*inner.parts[:-count], *file.parts[-count:])
 
 
 def _checked(file: Path, source: Imported) -> Path:

@@ -6,14 +6,24 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.library.files import names_nothing
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 
+def filename_of(element: Any) -> str:
+    """The file that an element's value names, with prefixes, as generators resolve it; "" for none."""
+    if element.getType() != "filename" or not element.hasAttribute("value"):
+        return ""
+    name = str(element.getResolvedValueString())
+    return "" if names_nothing(name) else name
+
+
 def filenames(document: mx.Document) -> list[tuple[Any, str]]:
-    """The document's own elements that name a file, and the names as generators resolve them: with prefixes."""
-    elements = (e for e in document.traverseTree() if e.isA(mx.ValueElement) and e.getType() == "filename")
-    return [(element, str(element.getResolvedValueString())) for element in elements if element.getValueString()]
+    """The document's own elements that name a file, and these names."""
+    elements = (element for element in document.traverseTree() if element.isA(mx.ValueElement))
+    return [(element, name) for element in elements if (name := filename_of(element))]
 
 
 def rename_files(document: mx.Document, renamed: Callable[[str], str]) -> None:

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import glob
 import os
 import re
 import stat
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES
 
-if TYPE_CHECKING:
-    from pathlib import Path
+__all__ = [
+    "MAXIMUM_BYTES",
+    "MAXIMUM_INCLUDES",
+    "Reach",
+    "is_left_open",
+    "names_nothing",
+    "names_tiles",
+    "read_regular",
+]
 
-__all__ = ["MAXIMUM_BYTES", "MAXIMUM_INCLUDES", "Reach", "read_regular"]
-
-# What stands for the number of a tile in a name, and what it may be; of others, anything.
-_TOKEN = re.compile("<[^>]*>")
-_TOKENS = {"<UDIM>": "[0-9][0-9][0-9][0-9]", "<UVTILE>": "u*_v*"}
+# What stands for a part of a name that is known only where the file is read: a tile, a frame, a property of geometry, a
+# token of a graph's interface (MaterialX specification 1.39, section "Filename Substitutions"); and what it may be.
+_TOKEN = re.compile(r"<\w+>|\{\w+\}|\[\w+\]")
+_TILES = {"<UDIM>": "[0-9]{4}", "<UVTILE>": "u[0-9]+_v[0-9]+"}
+_FRAME = re.compile(r"\{(0\d+)?frame\}")
 
 # What begins with a drive is absolute for MaterialX, on every system.
 _DRIVE = re.compile("[A-Za-z]:")
@@ -62,12 +68,14 @@ class Reach:
         The name is read as MaterialX reads it: both separators count, and the first folder that has the file wins. A
         file that is nowhere would lie in `folder`.
         """
-        return self.find(name) or self.folder / _plain(name)
+        return self.find(name) or self.folder.absolute() / _plain(name)
 
     def find(self, name: str) -> Path | None:
-        """The same; None for a file that is nowhere."""
-        places = (folder / _plain(name) for folder in (self.folder, *self.search))
-        return next((place for place in places if _exists(place)), None)
+        """The same; None for a file that is nowhere. Of a set, the folder wins that has any of its files."""
+        places = [folder.absolute() / _plain(name) for folder in (self.folder, *self.search)]
+        return next((place for place in places if _exists(place)), None) or (
+            next((place for place in places if self._tiles(place)), None) if _TOKEN.search(name) else None
+        )
 
     def inside(self, path: Path) -> Path | None:
         """A path, relative to `folder`, with links followed; None if it lies outside or nowhere."""
@@ -83,8 +91,9 @@ class Reach:
         return self.inside(self.locate(name))
 
     def regular(self, name: str) -> Path | None:
-        """The same, but None for what is not a regular file: a pipe or a device would never end."""
-        target = self.resolve(name)
+        """The same, of a set its first file; None for what is not regular: a pipe or a device would never end."""
+        members = [] if is_left_open(name) else self.members(name)
+        target = self.inside(members[0]) if members else None
         return target if target is not None and target.is_file() else None
 
     def members(self, name: str) -> list[Path]:
@@ -92,11 +101,23 @@ class Reach:
 
         None of one outside. Members of a set may be links that lead outside; `inside` tells.
         """
-        target = self.resolve(name)
-        if target is None or not target.parent.is_dir():
+        place = self.locate(name)
+        if self.inside(place) is None:
             return []
-        pattern = _TOKEN.sub(lambda found: _TOKENS.get(found[0].upper(), "*"), glob.escape(target.name))
-        return sorted(target.parent.glob(pattern))
+        return [place] if _exists(place) else self._tiles(place)
+
+    def _tiles(self, place: Path) -> list[Path]:
+        """Files of the set that a path with tokens names. Only folders inside are looked into."""
+        found = [Path(place.anchor)]
+        for part in place.relative_to(place.anchor).parts:
+            if not _TOKEN.search(part):
+                found = [path / part for path in found]
+                continue
+            form = re.compile(_form(part))
+            found = [
+                entry for path in found if self.inside(path) for entry in _entries(path) if form.fullmatch(entry.name)
+            ]
+        return [path for path in found if path != place and _exists(path)]
 
     def within(self, target: Path) -> Path:
         """Where a file that was resolved lies, as seen from the folder that holds it.
@@ -121,6 +142,38 @@ def _plain(name: str) -> str:
     """A name as MaterialX reads it, with "/" between its parts."""
     is_absolute = name.startswith(("/", "\\\\")) or (os.name != "nt" and _DRIVE.match(name))
     return ("/" if is_absolute else "") + "/".join(part for part in re.split(r"[/\\]", name) if part)
+
+
+def names_nothing(name: str) -> bool:
+    """Whether a name is empty, or that of a folder, as a prefix is to which no name was added."""
+    return not name or name.endswith(("/", "\\"))
+
+
+def names_tiles(name: str) -> bool:
+    """Whether a name is that of a set of tiles or frames, of which there has to be one at least."""
+    return bool(_FRAME.search(name)) or any(token in name for token in _TILES)
+
+
+def is_left_open(name: str) -> bool:
+    """Whether a name means what only geometry or a host knows: nothing need be there."""
+    return bool(_TOKEN.search(name)) and not names_tiles(name)
+
+
+def _form(part: str) -> str:
+    """A regular expression of what a part of a path with tokens may be."""
+    form, end = "", 0
+    for token in _TOKEN.finditer(part):
+        form += re.escape(part[end : token.start()])
+        form += "-?[0-9]+" if _FRAME.fullmatch(token[0]) else _TILES.get(token[0], ".*")
+        end = token.end()
+    return form + re.escape(part[end:])
+
+
+def _entries(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except OSError:
+        return []
 
 
 def _exists(path: Path) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
 from mrm_mtlx.library.document_images import DocumentImages
+from mrm_mtlx.library.files import is_left_open, names_nothing
 from mrm_mtlx.library.images import srgb_encoded, write_image
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.ordinary import ordinary_copy
@@ -80,7 +81,7 @@ def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings)
         textures = {
             port.variable: _pixels(port.value, images)
             for port in shader.uniforms
-            if port.type == "filename" and port.value
+            if port.type == "filename" and port.value and not (names_nothing(port.value) or is_left_open(port.value))
         }
         with SurfaceProgram(shader, textures) as program:
             panels += [_panel(program, replace(settings, light_degrees=angle)) for angle in light_angles(settings)]

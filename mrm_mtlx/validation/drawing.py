@@ -10,6 +10,7 @@ from mrm_mtlx.engines import gl
 from mrm_mtlx.library import document_images
 from mrm_mtlx.library.document_images import ImagesTooLargeError
 from mrm_mtlx.validation.expectation import Verdict
+from mrm_mtlx.validation.file_checks import check_image
 from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.results import TargetResult
@@ -32,16 +33,22 @@ GL_TARGETS = ("glsl", "essl")
 
 
 class DocumentImages(document_images.DocumentImages):
-    """The images of a document, with a finding for each that cannot be read."""
+    """The images of a document, with a finding for each that cannot be read, is missing or lies outside.
+
+    The check of the document's files finds most of the latter before, with their places; here is all that is asked for,
+    by whatever way its name came.
+    """
 
     def __init__(self, reach: Reach, place: str) -> None:
         super().__init__(reach)
         self._place = place
+        self._missing: dict[str, list[Finding]] = {}
 
     @property
     def findings(self) -> list[Finding]:
-        """A finding for each of the `problems` so far."""
-        return [finding("DOC_FILE", self._place, problem) for problem in self.problems]
+        """Those of the files that were asked for so far."""
+        missing = [found for wrong in self._missing.values() for found in wrong]
+        return missing + [finding("DOC_FILE", self._place, problem) for problem in self.problems]
 
     def of(self, shader: Shader) -> dict[str, NDArray[Any]]:
         """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out.
@@ -54,6 +61,10 @@ class DocumentImages(document_images.DocumentImages):
         files = [port for port in shader.uniforms if port.type == "filename" and port.value]
         pixels = {port.variable: self(str(port.value)) for port in files}
         return {variable: image for variable, image in pixels.items() if image is not None}
+
+    def _read(self, name: str) -> NDArray[Any] | None:
+        self._missing[name] = check_image(name, self._reach, self._place)
+        return None if self._missing[name] else super()._read(name)
 
 
 def check_draws(

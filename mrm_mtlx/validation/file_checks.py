@@ -2,39 +2,62 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mrm_mtlx.validation.checks.elements import location, nodes_of
+import MaterialX as mx
+
+from mrm_mtlx.library.filenames import filename_of
+from mrm_mtlx.library.files import is_left_open, names_nothing, names_tiles
+from mrm_mtlx.validation.checks.elements import is_connected, location, nodes_of
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.source_checks import check_sources
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    import MaterialX as mx
-
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
 
 
 def check_files(document: mx.Document, reach: Reach, library: DataLibrary) -> list[Finding]:
-    """Findings about files that are missing, or lie outside the folder."""
-    findings = [found for node in nodes_of(document) for found in check_images(node, reach)]
-    return findings + check_sources(document, reach, library)
+    """Findings about files that are missing, no files, or lie outside the folder."""
+    try:
+        named = _images(document)
+    except LookupError:  # a definition that inherits from itself: the check of the graph says so
+        named = {}
+    images = [found for place, name in named.items() for found in check_image(name, reach, place)]
+    return images + check_sources(document, reach, library)
 
 
-def check_images(node: Any, reach: Reach) -> Iterator[Finding]:
-    """Whether the images that a node names exist, inside the folder."""
-    for given in node.getInputs():
-        if given.getType() != "filename" or not given.getValueString():
-            continue
-        name = given.getResolvedValueString()
-        target = reach.resolve(name)
-        if target is None:
-            yield finding("READ_OUTSIDE", location(given), f"the image '{name}' lies outside the folder being checked")
-        elif "<" not in name and not target.is_file():  # <UDIM> and the like name a set of files
-            yield finding("DOC_FILE", location(given), f"the image '{name}' does not exist")
-        for file in reach.members(name):
-            if reach.inside(file) is None:
-                message = f"'{file.name}' of the image '{name}' is a link that leads outside the folder being checked"
-                yield finding("READ_OUTSIDE", location(given), message)
+def check_image(name: str, reach: Reach, place: str) -> list[Finding]:
+    """What is wrong with an image, or a set of them, by its name in a document; `place` is the finding's."""
+    if names_nothing(name):
+        return []
+    members = [] if is_left_open(name) else reach.members(name)
+    targets = [reach.inside(member) for member in members]
+    if reach.resolve(name) is None or None in targets:
+        through = f", by the link '{members[targets.index(None)].name}'" if None in targets else ""
+        message = f"the image '{name}' lies outside the folder being checked{through}"
+        return [finding("READ_OUTSIDE", place, message)]
+    if any(target is not None and not target.is_file() for target in targets):
+        return [finding("DOC_FILE", place, f"the image '{name}' is not a regular file")]
+    if members or is_left_open(name):
+        return []
+    message = f"no file of the set '{name}' exists" if names_tiles(name) else f"the image '{name}' does not exist"
+    return [finding("DOC_FILE", place, message)]
+
+
+def _images(document: mx.Document) -> dict[str, str]:
+    """Names of the images that a document's values name, by the places of these values.
+
+    Of a node definition of the document they are the defaults that a node takes. What is connected has no value.
+    """
+    given = [
+        element
+        for element in document.traverseTree()
+        if element.isA(mx.Input) and not element.getParent().isA(mx.NodeDef) and not is_connected(element)
+    ]
+    own = {child.getName() for child in document.getChildren() if child.isA(mx.NodeDef)}
+    for node in nodes_of(document):
+        definition = node.getNodeDef()
+        if definition is not None and definition.getName() in own:
+            given += [default for default in definition.getActiveInputs() if node.getInput(default.getName()) is None]
+    return {location(element): name for element in given if (name := filename_of(element))}

@@ -125,3 +125,16 @@ def test_a_root_that_is_no_folder_is_a_wrong_call(in_process, show, command):
 def test_a_root_is_for_documents_alone(in_process, tmp_path):
     done = in_process("plot", "-o", "a.svg", "--root", tmp_path)
     assert (done.exit_code, "only with a document" in done.output) == (2, True)
+
+
+def test_a_set_of_tiles_is_copied_whole_from_a_root(in_process, show, tmp_path):
+    (show / "mat/a.mtlx").write_text(DOCUMENT.format("tex/&lt;UDIM&gt;/x.&lt;UDIM&gt;.png"), encoding="utf-8")
+    for tile in ("1001", "1002"):
+        (show / "tex" / tile).mkdir()
+        shutil.copy(PICTURE, show / "tex" / tile / f"x.{tile}.png")
+    (tmp_path / "out").mkdir()
+    done = in_process("convert", show / "mat/a.mtlx", "out/a.usda", "--root", show)
+    assert done.exit_code == 0, done.output
+    copies = sorted(path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.png"))
+    assert copies == ["a/tex/1001/x.1001.png", "a/tex/1002/x.1002.png"]
+    assert "a/tex/<UDIM>/x.<UDIM>.png@" in (tmp_path / "out/a.usda").read_text(encoding="utf-8")

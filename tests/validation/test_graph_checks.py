@@ -33,7 +33,8 @@ def given(name: str, kind: str, **attributes: str) -> str:
 @pytest.fixture
 def found(make_document, library, tmp_path):
     """Function from elements, as text, to (code, location, message) of the structure's findings."""
-    (tmp_path / "here.png").write_bytes(b"")
+    for name in ("here.png", "tiles.1001.png"):
+        (tmp_path / name).write_bytes(b"")
 
     def check(elements: str) -> list[tuple[str, str, str]]:
         document = make_document(elements)
@@ -344,6 +345,10 @@ CASES = {
     "a set of tiles": (
         '<image name="i" type="color3"><input name="file" type="filename" value="tiles.&lt;UDIM&gt;.png"/></image>',
         [],
+    ),
+    "a set without a tile": (
+        '<image name="i" type="color3"><input name="file" type="filename" value="none.&lt;UDIM&gt;.png"/></image>',
+        [("DOC_FILE", "/i/file", "no file of the set 'none.<UDIM>.png' exists")],
     ),
     "a set of tiles outside": (
         '<image name="i" type="color3"><input name="file" type="filename" value="../tiles.&lt;UDIM&gt;.png"/></image>',
