@@ -354,9 +354,9 @@ _MESH = """def Mesh "m{0}" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
 
 def usd() -> None:
     """Reading the materials of a stage of many prims: safe opening, translation, USD's own validators."""
-    from mrm_mtlx.interchange.usd import read
     from mrm_mtlx.library import load_library
     from mrm_mtlx.library.files import Reach
+    from mrm_mtlx.validation.reading import read_document
 
     materials = "".join(_MATERIAL.format(k) for k in range(MATERIALS))
     meshes = "".join(_MESH.format(k, k % MATERIALS) for k in range(PRIMS))
@@ -365,8 +365,8 @@ def usd() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "stage.usda")
         path.write_text(f'{head}def Xform "W" {{\n{materials}{meshes}}}\n', encoding="utf-8")
-        remarks = read(path, Reach.beside(path), library, path.parent).remarks
-        taken = best_time(lambda: read(path, Reach.beside(path), library, path.parent), 3)
+        remarks = read_document(path, Reach.beside(path), library, path.parent)[1]
+        taken = best_time(lambda: read_document(path, Reach.beside(path), library, path.parent), 3)
     print(f"reading {MATERIALS} materials of a stage of {PRIMS} prims: {taken:.2f} s, {len(remarks)} remarks")
 
 

@@ -7,14 +7,17 @@ import os
 import struct
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Vt
 
 from mrm_mtlx.interchange.imported import UnreadableError
-from mrm_mtlx.interchange.usd import crate_values, layers
+from mrm_mtlx.interchange.usd import crate_values, layers, read
 from mrm_mtlx.interchange.usd.crate_packing import summed, unpacked
+from mrm_mtlx.library.files import Reach
+from mrm_mtlx.validation.reading import read_reference
 
 TEXT = """#usda 1.0
 (
@@ -185,21 +188,40 @@ def test_a_packed_array_beyond_the_bound_is_refused(crate, refused, monkeypatch)
     crate_values.refuse_oversized(memoryview(bytes(crate())), values_of(crate()), (0, 8, 0))
 
 
+def with_values(data, values):
+    """The crate with other values of its fields."""
+    start, _, _ = contents(data)["FIELDS"]
+    (size,) = struct.unpack_from("<Q", data, start + 8)
+    names = bytes(data[start + 8 : start + 16 + size])
+    content = packed(np.array(values, "<u8").tobytes())
+    section = struct.pack("<Q", len(values)) + names + struct.pack("<Q", len(content)) + content
+    return replaced(data, "FIELDS", section)
+
+
 def test_an_array_whose_elements_are_not_in_its_table_is_refused(crate, refused):
     """USD reads whatever stands in memory behind the table."""
     data = crate('#usda 1.0\ndef "a" {\n float[] x = [' + ", ".join(["0.5", "0.25"] * 50) + "]\n}\n")
     (at,) = stands_at(data, 8, array=True)
     assert data[at + 8 : at + 13] == b"t\x02\0\0\0"
-    numbers = integers([0, 1] * 49 + [1, 2])
-    moved = data[at : at + 13] + data[at + 13 : at + 21] + numbers
     where = len(data)
-    fields, _, _ = contents(data)["FIELDS"]
     values = [v & ~((1 << 48) - 1) | where if v >> 48 & 0xFF == 8 and v >> 63 else v for v in values_of(data)]
-    count = len(values)
-    tokens = bytes(data[fields + 8 : fields + 16 + struct.unpack_from("<Q", data, fields + 8)[0]])
-    content = packed(np.array(values, "<u8").tobytes())
-    section = struct.pack("<Q", count) + tokens + struct.pack("<Q", len(content)) + content
-    assert "an array has elements beyond its table of 2" in refused(replaced(data + moved, "FIELDS", section))
+    # The count, the table, and other numbers of its entries.
+    data += data[at : at + 21] + integers([0, 1] * 49 + [1, 2])
+    assert "an array has elements beyond its table of 2" in refused(with_values(data, values))
+
+
+def test_a_value_of_a_type_that_no_attribute_has_is_refused(crate, library, tmp_path):
+    """Such as the samples of another attribute for its default: Python has no form for them."""
+    data = crate()
+    values = values_of(data)
+    (samples,) = [value for value in values if value >> 48 & 0xFF == 46]
+    data = with_values(data, [samples if v >> 48 & 0xFF == 3 and v >> 63 else v for v in values])
+    path = tmp_path / "s.usdc"
+    path.write_bytes(data)
+    with pytest.raises(UnreadableError) as caught:
+        read(path, Reach.beside(path), library, tmp_path, partial(read_reference, library))
+    assert caught.value.remark.code == "READ_FORMAT"
+    assert "a value of a type that none can have" in caught.value.remark.message
 
 
 def test_a_list_of_references_that_claims_a_huge_count_is_refused(crate, refused):

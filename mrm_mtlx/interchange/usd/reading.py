@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
 
+# What USD says of a value that only its own files have within.
+_NO_VALUE = "No to_python"
 # Variants that are selected one after the other to see what they change.
 MAXIMUM_VARIANTS = 64
 
@@ -39,6 +41,11 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, document
         raise UnreadableError(Remark("READ_ENCODING", "", message)) from error
     except Tf.ErrorException as error:
         raise UnreadableError(Remark("READ_FORMAT", "", f"{path.name}: {said(error)}")) from error
+    except TypeError as error:
+        if _NO_VALUE not in str(error):
+            raise
+        message = f"{path.name} is damaged: it has a value of a type that none can have"
+        raise UnreadableError(Remark("READ_FORMAT", "", message)) from error
 
 
 def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Imported:
