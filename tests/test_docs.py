@@ -266,6 +266,14 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         assert int(value.replace(",", "")) * unit == number, what
 
 
+def test_the_page_of_reliability_names_every_test_of_hostile_documents() -> None:
+    text = (REPOSITORY / "docs/reliability.md").read_text(encoding="utf-8")
+    # Those of the tools themselves, and of what the tests share, are no finds.
+    found = {path.name for path in (REPOSITORY / "tests/hostile").glob("test_*.py")}
+    tools = {"test_fuzz.py", "test_trace.py", "test_scaffolding.py"}
+    assert set(re.findall(r"`(test_\w+\.py)`", text)) == found - tools
+
+
 def test_benchmarks_and_figures_import() -> None:
     for script in ("benchmarks/run.py", "docs/osl_accuracy.py", "docs/pictures.py"):
         code = f"import runpy; runpy.run_path({str(REPOSITORY / script)!r}, run_name='imported')"
