@@ -97,6 +97,8 @@ COMMANDS = {
     "mrm plot materials/retroreflective_tape_yellow.mtlx --light 15 --light 60 -o tape.svg": None,
     "mrm plot --figure all -o docs/figures": "(tests/cli/test_plot.py draws them)",
     "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
+    "mrm render show/materials/sign.mtlx -o sign.png --root show": "(tests/cli/test_roots.py has such folders)",
+    "mrm validate show/materials --root show --root studio/library": "(tests/cli/test_roots.py has such folders)",
     "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
     "python -m tools.fuzz -j 2": "(takes half an hour; tests/hostile/test_fuzz.py runs 2,000)",
     "python -m tools.fuzz --kind mtlx --count 25000 --seed 1 -j 2": (

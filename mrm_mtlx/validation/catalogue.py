@@ -246,8 +246,8 @@ RULES: dict[str, Rule] = {
             "DOC_FILE",
             _ERROR,
             "file cannot be read",
-            "An image or a shader source that the document refers to does not exist, or is not a file; or OpenImageIO "
-            "cannot read the image.",
+            "An image or a shader source that the document refers to does not exist, or is not a file; a set of images "
+            "(<UDIM> and the like) has no file; or OpenImageIO cannot read the image.",
             "Correct the file name; it is relative to the document's folder, or to one named by --root.",
         ),
         Rule(

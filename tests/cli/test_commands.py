@@ -208,7 +208,7 @@ def test_generate_takes_the_element_that_is_asked_for(mrm, metal):
     assert done.stderr.splitlines()[-1].endswith("third: expected one of material, other")
 
 
-def test_generate_reports_a_missing_implementation_as_a_finding(mrm, documents):
+def test_generate_reports_what_cannot_be_generated_as_a_finding(mrm, documents):
     done = mrm("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith("error SHADER_GENERATE /material: ")
