@@ -20,9 +20,10 @@ __all__ = [
     "read_regular",
 ]
 
-# What stands for a part of a name that is known only where the file is read: a tile, a frame, a property of geometry, a
-# token of a graph's interface (MaterialX specification 1.39, section "Filename Substitutions"); and what it may be.
-_TOKEN = re.compile(r"<\w+>|\{\w+\}|\[\w+\]")
+# What stands for a part of a name that is known only where the file is read: a tile, a frame, a property of geometry or
+# of the host (MaterialX specification 1.39, section "Filename Substitutions"); and what it may be. Tokens of interfaces,
+# "[name]", have been replaced in a name that is resolved.
+_TOKEN = re.compile(r"<\w+>|\{\w+\}")
 _TILES = {"<UDIM>": "[0-9]{4}", "<UVTILE>": "u[0-9]+_v[0-9]+"}
 _FRAME = re.compile(r"\{(0\d+)?frame\}")
 

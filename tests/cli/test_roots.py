@@ -138,3 +138,31 @@ def test_a_set_of_tiles_is_copied_whole_from_a_root(in_process, show, tmp_path):
     copies = sorted(path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.png"))
     assert copies == ["a/tex/1001/x.1001.png", "a/tex/1002/x.1002.png"]
     assert "a/tex/<UDIM>/x.<UDIM>.png@" in (tmp_path / "out/a.usda").read_text(encoding="utf-8")
+
+
+GLTF = """{"asset": {"version": "2.0"}, "images": [{"uri": "../tex/x.png"}], "textures": [{"source": 0}],
+"materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]}"""
+USDA = """#usda 1.0
+def Material "M" {
+    token outputs:mtlx:surface.connect = </M/s.outputs:out>
+    def Shader "s" {
+        uniform token info:id = "ND_surface_unlit"
+        color3f inputs:emission_color.connect = </M/i.outputs:out>
+        token outputs:out
+    }
+    def Shader "i" {
+        uniform token info:id = "ND_image_color3"
+        asset inputs:file = @../tex/x.png@
+        color3f outputs:out
+    }
+}
+"""
+
+
+@pytest.mark.parametrize("name", ["a.gltf", "a.usda"])
+def test_files_of_other_formats_may_lie_in_a_root_too(in_process, show, name):
+    (show / "mat" / name).write_text(GLTF if name == "a.gltf" else USDA, encoding="utf-8")
+    assert "READ_OUTSIDE" in in_process("convert", show / "mat" / name, "out.mtlx").output
+    done = in_process("convert", show / "mat" / name, "out.mtlx", "--root", show)
+    assert (done.exit_code, "READ_OUTSIDE" in done.output) == (0, False), done.output
+    assert 'value="show/tex/x.png"' in Path("out.mtlx").read_text(encoding="utf-8")
