@@ -21,8 +21,8 @@ __all__ = [
 ]
 
 # What stands for a part of a name that is known only where the file is read: a tile, a frame, a property of geometry or
-# of the host (MaterialX specification 1.39, section "Filename Substitutions"); and what it may be. Tokens of interfaces,
-# "[name]", have been replaced in a name that is resolved.
+# of the host (MaterialX specification 1.39, section "Filename Substitutions"); and what it may be. Tokens of
+# interfaces, "[name]", have been replaced in a name that is resolved.
 _TOKEN = re.compile(r"<\w+>|\{\w+\}")
 _TILES = {"<UDIM>": "[0-9]{4}", "<UVTILE>": "u[0-9]+_v[0-9]+"}
 _FRAME = re.compile(r"\{(0\d+)?frame\}")
