@@ -71,7 +71,8 @@ def check_node(node: Any, spelling: Spelling) -> Iterator[Finding]:
 def check_property_name(node: Any) -> Iterator[Finding]:
     """A node that reads a geometric property and does not say which: generators refuse it."""
     name = _PROPERTIES.get(node.getCategory(), "")
-    if not name or node.getNodeDef() is None:
+    # MaterialX upgrades a geomattrvalue of version 1.36 to a node with an attribute in the place of the input.
+    if not name or node.getNodeDef() is None or node.hasAttribute(name):
         return
     given = node.getInput(name)
     holder = given.getInterfaceInput() or given if given is not None else None
