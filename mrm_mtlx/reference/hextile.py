@@ -7,7 +7,6 @@ Arrays have the tile first, shape (3, ...), and the sample last.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,8 +16,6 @@ from mrm_mtlx.reference.precision import SINE_ERROR
 from mrm_mtlx.reference.rounding import UNIT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from mrm_mtlx.bsdf.arrays import Array
 
 # Triangles per unit of the texture's coordinates, and the skew that makes squares of their grid: tan and 1 / cos of 30
@@ -33,7 +30,6 @@ _SHIFT = float(np.float32(33.33))
 _SEED = float(np.float32(0.12345))
 
 TILES = 3  # that overlap at a sample
-STEPS = 3  # in which large errors are taken
 
 # The power of the distance weights.
 SHARPNESS = 7.0
@@ -63,14 +59,12 @@ class Spread:
 class Errors:
     """By how much quantities of the tiles are off, each of shape (3, ...) with the tile first.
 
-    `random` of the two random numbers, (3, 2, samples); `angle` [rad]; `stretch`, relative, of the scale; `weight`,
-    relative, of the powers of the weights.
+    `random` of the two random numbers, (3, 2, samples); `angle` [rad]; `stretch`, relative, of the scale.
     """
 
     random: Array | float = 0.0
     angle: Array | float = 0.0
     stretch: Array | float = 0.0
-    weight: Array | float = 0.0
 
 
 EXACT = Errors()
@@ -98,7 +92,7 @@ class Tiles:
 def tiles(coord: Array, spread: Spread, errors: Errors = EXACT) -> Tiles:
     """The tiles at texture coordinates, shape (2, samples)."""
     corners, weights = _triangle(coord)
-    pair = np.moveaxis((random_pair(corners) + errors.random) % 1.0, 1, 0)  # (2, tile, sample)
+    pair = np.moveaxis(random_pair(corners) + errors.random, 1, 0)  # (2, tile, sample)
     low, high = np.deg2rad(spread.rotation_range)
     angles = low + (high - low) * pair[0] * spread.rotation + errors.angle
     low, high = spread.scale_range
@@ -110,7 +104,7 @@ def tiles(coord: Array, spread: Spread, errors: Errors = EXACT) -> Tiles:
     x, y = coord[:, None] - centre
     c, s = np.cos(angles), np.sin(angles)
     turned = np.stack([c * x - s * y, s * x + c * y]) / scale + centre + offset
-    return Tiles(np.moveaxis(turned, 0, 1), weights**SHARPNESS * (1.0 + errors.weight), angles)
+    return Tiles(np.moveaxis(turned, 0, 1), weights**SHARPNESS, angles)
 
 
 def _triangle(coord: Array) -> tuple[Array, Array]:
@@ -169,30 +163,38 @@ def coordinate_error(coord: Array) -> Array:
     return np.asarray(8.0 * UNIT * np.sum(np.abs(coord), axis=0))
 
 
-def errors(coord: Array) -> dict[str, Array]:
-    """Errors of what `Errors` names, in full, by name, tile and step: "random_x_0_0" to "weight_2_0".
+def reach(coord: Array, spread: Spread) -> Array:
+    """How far float32 may miss the coordinates at which the tiles look up the image, in full, shape (3, 2, samples).
 
-    Those of the random numbers may span several texels, between which an image bends: they are taken in steps.
+    By the random numbers, and by the sines and the scale that follow from them.
     """
     random = random_error(_triangle(coord)[0])
-    found = {
-        f"random_{axis}_{tile}_{step}": random[tile, k] * (step + 1.0) / STEPS
-        for tile, (k, axis), step in product(range(TILES), enumerate("xy"), range(STEPS))
-    }
-    # pow(w, 7) is exp2(7 log2(w)), of which log2 is off by 2^-21 (GLSL 4.60, section 4.7.1).
-    single = {"angle": SINE_ERROR, "stretch": SINE_ERROR, "weight": SHARPNESS * 2.0**-21}
-    return found | {f"{name}_{tile}_0": np.asarray(e) for name, e in single.items() for tile in range(TILES)}
+    none = np.zeros_like(random[:, 0])
+    exact = tiles(coord, spread).coordinates
+    displaced = (
+        Errors(random=np.stack([random[:, 0], none], axis=1)),
+        Errors(random=np.stack([none, random[:, 1]], axis=1)),
+        Errors(angle=SINE_ERROR),
+        Errors(stretch=SINE_ERROR),
+    )
+    return np.asarray(sum(np.abs(tiles(coord, spread, errors).coordinates - exact) for errors in displaced))
 
 
-def displaced(given: Mapping[str, Array | float]) -> Errors:
-    """The errors that are given, by the names of `errors`; the others are none."""
+def wrapped(coord: Array) -> Array:
+    """Where a random number may come out at the other end of [0, 1): by -1 or 1, elsewhere 0, (3, 2, samples)."""
+    corners, _ = _triangle(coord)
+    random, error = random_pair(corners), random_error(corners)
+    return np.where(random + error >= 1.0, -1.0, np.where(random - error < 0.0, 1.0, 0.0))
 
-    def of(name: str) -> Array:
-        steps = ([given.get(f"{name}_{tile}_{step}", 0.0) for step in range(STEPS)] for tile in range(TILES))
-        return np.stack(np.broadcast_arrays(*(np.atleast_1d(sum(errors)) for errors in steps)))
 
-    random = np.stack(np.broadcast_arrays(of("random_x"), of("random_y")), axis=1)
-    return Errors(random, of("angle"), of("stretch"), of("weight"))
+def angle_error(coord: Array, spread: Spread) -> Array:
+    """How far float32 may miss the tiles' angles, in full, shape (3, samples)."""
+    low, high = np.deg2rad(spread.rotation_range)
+    return np.asarray(random_error(_triangle(coord)[0])[:, 0] * np.abs((high - low) * spread.rotation) + SINE_ERROR)
+
+
+# Relative, in full: pow(w, 7) is exp2(7 log2(w)), of which log2 is off by 2^-21 (GLSL 4.60, section 4.7.1).
+WEIGHT_ERROR = SHARPNESS * 2.0**-21
 
 
 def blend_weights(luminance: Array, weights: Array, falloff: Array) -> Array:

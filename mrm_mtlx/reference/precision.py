@@ -49,6 +49,15 @@ def amplitude_error(reflectance: Array, cos_theta: Array, ior: Array) -> Array:
     return np.asarray(2.0 * np.sqrt(reflectance) * moved + moved * moved)
 
 
+def half_vector_error(v: Array, l: Array) -> Array:
+    """How far float32 may miss a component of the half-vector across itself, in full, shape (samples,).
+
+    The roundings of both directions along three axes, over the length of their sum: near v = -l, nothing else is left
+    of it.
+    """
+    return np.asarray(2.0 * np.sqrt(3.0) * ROUNDING_FACTOR * UNIT / np.sqrt(np.sum(np.square(v + l), axis=0)))
+
+
 def film_error(reflectance: Array, thickness_nm: Array, *, fast: bool) -> Array | float:
     """Error of a film's reflectance per unit roundoff: its XYZ values, near 1 or below, cancel in the RGB matrix.
 

@@ -44,6 +44,10 @@ PARTS = {
     Model.CLOSURES: ("reflectance", "modulus", "product", "functions", "texture", "slope"),
 }
 
+# Ends of the range of what is no number with a rounding: the last bits of a hash, and what is looked up by them. It is
+# moved in full and counted once, by the farther of the two.
+RANGE = ("least", "most")
+
 # The directions, where it is told what a value is made of.
 VIEW, LIGHT_DIRECTION = "v", "l"  # as `closures.Light` names them
 
@@ -66,7 +70,7 @@ class Move:
         Relative size of these roundings. They are moved by all that is allowed them at once, since a graph may bend or
         jump (a comparison, a floor) within it.
     part
-        An intermediate result that cancels and is taken at the edge of its own error; see `PARTS`.
+        An intermediate result that cancels and is taken at the edge of its own error; see `PARTS` and `RANGE`.
     factor
         How many times the movement of the result is allowed.
     """
@@ -109,6 +113,12 @@ def opposite_moves() -> Iterator[Move]:
     """The patterns over the document's numbers with the opposite signs."""
     for pattern in PATTERNS:
         yield Move(values=pattern, step=-ROUNDING_FACTOR * UNIT, factor=1.0)
+
+
+def range_moves() -> Iterator[Move]:
+    """Both ends of `RANGE`."""
+    for end in RANGE:
+        yield Move(part=end, factor=1.0)
 
 
 def value_sign(pattern: int, index: int) -> float:

@@ -17,7 +17,17 @@ from mrm_mtlx.reference.evaluation import LIGHT, Evaluation, Illumination
 from mrm_mtlx.reference.graph import Scope, connected_node, shown
 from mrm_mtlx.reference.nodes import ShaderValue
 from mrm_mtlx.reference.points import ShadingPoints
-from mrm_mtlx.reference.rounding import EXACT, OUTPUT_ROUNDINGS, SMALLEST, UNIT, Move, Tolerance, moves, opposite_moves
+from mrm_mtlx.reference.rounding import (
+    EXACT,
+    OUTPUT_ROUNDINGS,
+    SMALLEST,
+    UNIT,
+    Move,
+    Tolerance,
+    moves,
+    opposite_moves,
+    range_moves,
+)
 from mrm_mtlx.reference.survey import Survey, UnsupportedError
 
 if TYPE_CHECKING:
@@ -154,7 +164,8 @@ class Surface:
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.
 
-        allowed = sum over the moves of factor * |shade(moved) - shade| + OUTPUT_ROUNDINGS units of the magnitudes.
+        allowed = sum over the moves of factor * |shade(moved) - shade| + OUTPUT_ROUNDINGS units of the magnitudes; of
+        the two ends of a range, the farther one.
         """
 
         def both(part: ShadingPoints) -> Array:
@@ -172,13 +183,17 @@ class Surface:
         chosen = [move for move in moves(self._model) if is_lit or np.ndim(move.light) == 0]
         if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
             chosen += opposite_moves()
-        for move in chosen:
+
+        def moved_by(move: Move) -> Array:
             moved = self._color(points, illumination, move, exact)
             with np.errstate(invalid="ignore"):
-                moved_by = np.where(moved == expected, 0.0, np.abs(moved - expected))
+                by = np.where(moved == expected, 0.0, np.abs(moved - expected))
             # What a rounding makes undefined may be anything.
-            allowed = allowed + move.factor * np.where(np.isnan(moved_by), np.inf, moved_by)
-        return expected, allowed
+            return move.factor * np.where(np.isnan(by), np.inf, by)
+
+        for move in chosen:
+            allowed = allowed + moved_by(move)
+        return expected, allowed + np.maximum(*(moved_by(end) for end in range_moves()))
 
     def _evaluation(
         self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Evaluation | None = None

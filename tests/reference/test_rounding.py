@@ -178,6 +178,51 @@ def test_a_step_of_constants_is_settled_however_close_they_are(make_document, fl
     assert np.max(found.allowed) < 1e-6
 
 
+# Lobes whose half-vector is no more than roundings where v is near -l, at widths that show it.
+NEAR_OPPOSITE = {
+    "sheen": '<sheen_bsdf name="bsdf" type="BSDF"><input name="roughness" type="float" value="0.02"/></sheen_bsdf>',
+    "burley": '<burley_diffuse_bsdf name="bsdf" type="BSDF"><input name="roughness" type="float" value="1"/>'
+    "</burley_diffuse_bsdf>",
+    "metal": METAL.format(0.0),
+    "anisotropic metal": METAL.format(0.001).replace("0.001, 0.001", "0, 0.3"),
+}
+
+
+@pytest.fixture
+def opposite_points(rng, turned_points):
+    """Samples whose l is near -v, or near its mirror image at grazing angles, by a ten-millionth to a tenth."""
+    count = 4000
+    cos_l, phi = 10.0 ** rng.uniform(-6.0, -0.5, count), rng.uniform(0.0, 2.0 * np.pi, count)
+    sine = np.sqrt(1.0 - np.square(cos_l))
+    l = np.stack([sine * np.cos(phi), sine * np.sin(phi), cos_l], axis=1)
+    side = np.where(np.arange(count) % 2, 1.0, -1.0)
+    v = l * np.stack([-np.ones(count), -np.ones(count), side], axis=1)
+    v = v + 10.0 ** rng.uniform(-6.0, -1.0, (count, 1)) * rng.normal(size=(count, 3))
+    points = turned_points(rng, v / np.linalg.norm(v, axis=1, keepdims=True), l)
+    apart = np.linalg.norm(points.view + points.light, axis=1) > 1e-6  # where they are opposite, all is 0/0
+    return replace(
+        points, **{n: getattr(points, n)[apart] for n in ("view", "normal", "tangent", "position", "texcoord")}
+    )
+
+
+@pytest.mark.parametrize("lobe", NEAR_OPPOSITE)
+def test_a_half_vector_that_is_no_more_than_roundings_is_allowed_them(drawn, surface_document, opposite_points, lobe):
+    document = surface_document(NEAR_OPPOSITE[lobe])
+    tolerance = Surface(document.getNode("m")).tolerance(opposite_points)
+    assert np.max(tolerance.excess(drawn(document, opposite_points))) <= 1.0
+
+
+def test_where_the_half_vector_is_known_no_more_is_allowed_for_it(
+    surface_document, turned_points, rng, direction_pairs
+):
+    document = surface_document(METAL.format(0.0025))
+    v, l = direction_pairs(rng, 400)
+    apart = (np.linalg.norm(v + l, axis=1) > 0.5) & (v[:, 2] > 0.05) & (l[:, 2] > 0.05)
+    surface, points = Surface(document.getNode("m")), turned_points(rng, v[apart], l[apart])
+    exact, most = surface.response(points), surface.response(points, Move(part="most"))
+    assert np.max((most - exact) / exact) < 1e-5
+
+
 def test_a_move_of_the_wrong_size_is_seen(surface_document, turned_points, rng, direction_pairs):
     document = surface_document(METAL.format(0.3))
     surface, points = Surface(document.getNode("m")), turned_points(rng, *direction_pairs(rng, 400))

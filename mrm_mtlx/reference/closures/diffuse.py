@@ -69,7 +69,16 @@ def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: 
     if light.mode is Mode.INDIRECT:
         return _weighted(environment(light).irradiance(n) * diffuse.burley_albedo_fit(cos_v, roughness) * color, weight)
     cos_l, l_h = cosine(n, light.l), cosine(light.l, unit(light.l + light.v))
-    return _weighted(color * diffuse.burley(cos_v, cos_l, l_h, roughness) * cos_l, weight)
+
+    def lobe(beside: Array | float = 0.0) -> Array:
+        return diffuse.burley(cos_v, cos_l, np.sqrt(np.maximum(np.square(l_h) + beside, 0.0)), roughness)
+
+    if light.moves("reflectance"):
+        # The square of l.h does not move in proportion to the half-vector where it is 0.
+        seen = widened(lobe, beside=np.square(precision.half_vector_error(light.v, light.l)))
+    else:
+        seen = lobe()
+    return _weighted(color * seen * cos_l, weight)
 
 
 def translucent(light: Light, weight: Array, color: Array, normal: Array) -> Closure:

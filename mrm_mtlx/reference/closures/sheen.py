@@ -19,7 +19,7 @@ from mrm_mtlx.reference.closures.light import (
     nothing,
     unit,
 )
-from mrm_mtlx.reference.precision import ULP, power_error, widened
+from mrm_mtlx.reference.precision import ULP, half_vector_error, power_error, widened
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ def _fibres(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
         return np.asarray(value + power * (1.0 + exponent) / np.pi + flushed)
 
     if light.moves("reflectance"):
-        # The sine is what 1 leaves of the squared cosine.
-        d = widened(distribution, lost=2.0 * _COSINE_ERROR)
+        # The sine is what 1 leaves of the squared cosine, and at 0 does not move in proportion to the half-vector.
+        d = widened(distribution, lost=2.0 * _COSINE_ERROR + np.square(half_vector_error(light.v, light.l)))
     elif light.moves("functions"):
         # The exponent's own error, of a division (2.5 ulp) and of a number, counts by log(sin2).
         # What is too small for float32 is 0: the power, and what follows from it.

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from functools import partial
+from itertools import product
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -11,6 +14,7 @@ from mrm_mtlx.reference import hextile, texture_lookup
 from mrm_mtlx.reference.closures.light import unit
 from mrm_mtlx.reference.nodes.registry import node
 from mrm_mtlx.reference.precision import widened
+from mrm_mtlx.reference.rounding import RANGE
 from mrm_mtlx.reference.texture_lookup import AddressModes
 
 if TYPE_CHECKING:
@@ -19,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.reference.hextile import Tiles
+    from mrm_mtlx.reference.hextile import Spread, Tiles
     from mrm_mtlx.reference.nodes.registry import Inputs, Value
 
 # What the generators make of an address mode: UsdUVTexture's "black" is its place in the enumeration, the first, and
@@ -82,8 +86,8 @@ def _hextiled_image(inputs: Inputs) -> Value:
     contrast, coefficients = inputs.array("falloffcontrast"), inputs.array("lumacoeffs")
     falloff = inputs.array("falloff")
 
-    def blended(tiles: Tiles, shown: Array) -> Array:
-        luminance = np.sum(shown[:, :3] * coefficients, axis=1)
+    def blended(tiles: Tiles, shown: Array, luminous: Array) -> Array:
+        luminance = np.sum(luminous[:, :3] * coefficients, axis=1)
         shares = hextile.blend_weights(1.0 + (luminance - 1.0) * contrast, tiles.weights, falloff)
         color: Array = np.sum(shown[:, :3] * shares[:, None], axis=0)
         if shown.shape[1] == 3:
@@ -91,7 +95,8 @@ def _hextiled_image(inputs: Inputs) -> Value:
         alpha = np.sum(shown[:, 3] * hextile.blend_weights(np.ones(1), tiles.weights, falloff), axis=0)
         return np.concatenate([color, alpha[None]])
 
-    return _hextiled(inputs, blended)
+    # The channels of one tile may be off together, its luminance by other ones.
+    return _hextiled(inputs, blended, [((a,) * len(inputs.stored("default")), b) for a, b in product((0, 1), repeat=2)])
 
 
 @node("ND_hextilednormalmap_vector3")
@@ -105,16 +110,25 @@ def _hextiled_normal_map(inputs: Inputs) -> Value:
         along, across = (hextile.turned(axis, normal, angle) * strength for axis in (tangent, bitangent))
         return unit(along * x + across * y * sign + normal * z)
 
-    def blended(tiles: Tiles, shown: Array) -> Array:
+    def blended(tiles: Tiles, shown: Array, _luminous: Array) -> Array:
         bumps = _stacked(bump(value, angle) for value, angle in zip(shown, tiles.angles, strict=True))
         shares = hextile.blend_weights(np.ones(1), tiles.weights, falloff)
         return hextile.blend_normals(normal, bumps, shares)
 
-    return _hextiled(inputs, blended)
+    # In between as well: a normal within the surface is the steepest of all, and has a slope without bound.
+    return _hextiled(inputs, blended, [(ends, 0) for ends in product((0, 1, 2), repeat=3)])
 
 
-def _hextiled(inputs: Inputs, blended: Callable[[Tiles, Array], Array]) -> Array:
-    """What three tiles show, (3, components, samples), blended; each shows the default where there is no image."""
+_Blended: TypeAlias = "Callable[[Tiles, Array, Array], Array]"
+_Corners: TypeAlias = "list[tuple[tuple[int, ...], int]]"
+
+
+def _hextiled(inputs: Inputs, blended: _Blended, corners: _Corners) -> Array:
+    """What three tiles show, (3, components, samples), blended; each shows the default where there is no image.
+
+    `blended` is given what counts for the luminance apart. `corners` are the ends of a tile's range at which it is
+    taken (0 least, 1 most, 2 as near to a half as it goes), of each component and for the luminance.
+    """
     coord = inputs.array("texcoord") * inputs.array("tiling")
     names = ("rotation", "rotationrange", "scale", "scalerange", "offset", "offsetrange")
     spread = hextile.Spread(*(inputs.array(name) for name in names))
@@ -124,19 +138,82 @@ def _hextiled(inputs: Inputs, blended: Callable[[Tiles, Array], Array]) -> Array
 
     def at(**moved: Array | float) -> Array:
         way = np.array([[1.0], [0.0]]) * moved.get("u", 0.0) + np.array([[0.0], [1.0]]) * moved.get("v", 0.0)
-        tiles = hextile.tiles(coord + way * hextile.coordinate_error(coord), spread, hextile.displaced(moved))
-        shown = []
-        for tile, uv in enumerate(tiles.coordinates):
-            place = _moved(pixels, uv, moved, f"_{tile}")
-            shown.append(texture_lookup.linear(pixels, place, AddressModes(), default))
-        return blended(tiles, _stacked(shown))
+        tiles = hextile.tiles(coord + way * hextile.coordinate_error(coord), spread)
+        shown = _shown_by(tiles, pixels, default, moved)
+        return blended(tiles, shown, shown)
 
+    least, most = (inputs.light.moves(end) for end in RANGE)
+    if least or most:
+        tiles = hextile.tiles(coord, spread)
+        shown, ends = _shown_by(tiles, pixels, default, {}), _tile_extremes(coord, spread, pixels, len(default))
+        return _at_the_end(partial(blended, tiles), shown, ends, corners, np.maximum if most else np.minimum)
     if inputs.light.moves("functions"):
-        return widened(at, **hextile.errors(coord))
+        tiles = hextile.tiles(coord, spread)
+        return _off_by_numbers(blended, tiles, _shown_by(tiles, pixels, default, {}), coord, spread)
     if inputs.light.moves("texture"):
         of_tiles = (f"{name}_{tile}" for name in ("u", "v") for tile in range(hextile.TILES))
         return widened(at, **dict.fromkeys(("u", "v", *of_tiles), 1.0))
     return at()
+
+
+def _shown_by(tiles: Tiles, pixels: NDArray[np.floating], default: Array, moved: Mapping[str, Array | float]) -> Array:
+    places = (_moved(pixels, uv, moved, f"_{tile}") for tile, uv in enumerate(tiles.coordinates))
+    return _stacked(texture_lookup.linear(pixels, place, AddressModes(), default) for place in places)
+
+
+def _tile_extremes(coord: Array, spread: Spread, pixels: NDArray[np.floating], components: int) -> Array:
+    """Least, most and nearest to a half that each tile may show, as float32 has its random numbers.
+
+    Shape (3, 3, components, samples), the tile second.
+
+    Their errors may span several texels, between which an image may have anything: nothing less than all of them is
+    looked at. A number that may come out at the other end of [0, 1) has the tile look elsewhere.
+    """
+    reach, wrapped = hextile.reach(coord, spread), hextile.wrapped(coord)
+    exact = hextile.tiles(coord, spread).coordinates
+    found = [texture_lookup.extremes(pixels, uv, r, components) for uv, r in zip(exact, reach, strict=True)]
+    for axis in range(2):
+        shift = wrapped * np.array([[1.0], [0.0]] if axis == 0 else [[0.0], [1.0]])
+        elsewhere = hextile.tiles(coord, spread, hextile.Errors(random=shift)).coordinates
+        for tile, (least, most) in enumerate(found):
+            at = np.flatnonzero(wrapped[tile, axis])
+            low, high = texture_lookup.extremes(pixels, elsewhere[tile][:, at], reach[tile][:, at], components)
+            least[:, at], most[:, at] = np.minimum(least[:, at], low), np.maximum(most[:, at], high)
+    least, most = (np.stack(end) for end in zip(*found, strict=True))
+    return np.stack([least, most, np.clip(0.5, least, most)])
+
+
+def _at_the_end(
+    blended: Callable[[Array, Array], Array], shown: Array, ends: Array, corners: _Corners, farther: np.ufunc
+) -> Array:
+    """What is shown at the least or the most, each tile being at the corner of its range that gives it."""
+    shown = np.broadcast_to(shown, ends.shape[1:])
+    exact = blended(shown, shown)
+    off = np.zeros_like(exact)
+    for tile in range(hextile.TILES):
+        of_tile = np.zeros_like(exact)
+        for components, luminous in corners:
+            at, lit = shown.copy(), shown.copy()
+            at[tile] = [ends[end, tile, component] for component, end in enumerate(components)]
+            lit[tile] = ends[luminous, tile]
+            of_tile = farther(of_tile, blended(at, lit) - exact)
+        off = off + of_tile
+    return np.asarray(exact + off)
+
+
+def _off_by_numbers(blended: _Blended, tiles: Tiles, shown: Array, coord: Array, spread: Spread) -> Array:
+    """What is shown, moved by the errors of the tiles' weights and angles."""
+
+    def at(**moved: Array | float) -> Array:
+        weights = _stacked(w * (1.0 + moved.get(f"weight_{tile}", 0.0)) for tile, w in enumerate(tiles.weights))
+        angles = _stacked(a + moved.get(f"angle_{tile}", 0.0) for tile, a in enumerate(tiles.angles))
+        return blended(replace(tiles, weights=weights, angles=angles), shown, shown)
+
+    low, high = np.deg2rad(spread.rotation_range)
+    # Of a number that comes out at the other end, the range.
+    angle = hextile.angle_error(coord, spread) + np.abs(hextile.wrapped(coord)[:, 0] * (high - low) * spread.rotation)
+    errors = {f"angle_{tile}": angle[tile] for tile in range(hextile.TILES)}
+    return widened(at, **errors, **{f"weight_{tile}": hextile.WEIGHT_ERROR for tile in range(hextile.TILES)})
 
 
 def _stacked(arrays: Iterable[Array]) -> Array:

@@ -277,6 +277,78 @@ def test_four_channels_and_normals_through_hex_tiles_agree_with_glsl(excess, pic
         assert np.max(excess(shown(nodes, "vector3"), points, images)) <= 1.0
 
 
+# Texels along a side of a picture in which the random numbers' errors span several.
+LARGE = 640
+
+
+@pytest.fixture
+def ruled(pictures, rng):
+    """A picture `a.exr` of flat squares between dark lines of one texel."""
+    squares = rng.uniform(0.5, 1.0, (LARGE // 16, LARGE // 16, 4))
+    pixels = np.repeat(np.repeat(squares, 16, axis=0), 16, axis=1)
+    pixels[::16] = pixels[:, ::16] = 0.02
+    return pictures(a=pixels.astype(np.float32))
+
+
+@pytest.mark.parametrize("kind", ["color3", "color4"])
+@pytest.mark.parametrize("space", ["", 'colorspace="srgb_texture"'])
+def test_a_line_that_a_hex_tile_may_just_meet_is_allowed(compared, ruled, random_surface, rng, kind, space):
+    near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
+    tolerance, found = compared(shown(image(kind, "hextiledimage", more=space), kind), near, ruled)
+    assert np.max(tolerance.excess(found)) <= 1.0
+    # Where no line is near, nothing of it is.
+    assert np.mean(np.max(tolerance.allowed, axis=1) < 0.05) > 0.05
+
+
+def test_a_line_that_a_hex_tiled_normal_may_just_meet_is_allowed(excess, ruled, random_surface, rng):
+    near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
+    assert np.max(excess(shown(image("vector3", "hextilednormalmap"), "vector3"), near, ruled)) <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("0.1031", "0.1033"), ("sqrt(3.0) * 2.0", "sqrt(3.0) * 2.1"), ("0.12345", "0.12346")]
+)
+def test_wrong_tiles_of_a_large_picture_are_caught(excess, pictures, random_surface, rng, old, new):
+    u = np.linspace(0.0, 2.0 * np.pi, LARGE, endpoint=False)
+    smooth = np.stack(np.broadcast_arrays(np.sin(u), np.cos(u)[:, None], np.sin(u + u[:, None])), axis=-1)
+    images = pictures(a=(0.5 + 0.4 * smooth).astype(np.float32))
+    near = random_surface(rng, rng.uniform(-1.5, 2.5, (SAMPLES, 2)))
+    nodes = shown(image(node="hextiledimage", rotation="float:0", scale="float:0"))
+    assert np.mean(excess(nodes, near, images, old=old, new=new) > 1.0) > MOST
+
+
+@pytest.mark.parametrize(("size", "widest"), [((6, 5), 0.15), ((24, 40), 0.4), ((300, 200), 0.2)])
+def test_extremes_are_those_of_all_that_is_shown_within_reach(rng, size, widest):
+    pixels = rng.uniform(0.0, 1.0, (*size, 3)).astype(np.float32)
+    uv, reach = rng.uniform(-1.5, 2.5, (2, 40)), rng.uniform(0.0, widest, (2, 40)) * rng.integers(0, 2, 40)
+    least, most = texture_lookup.extremes(pixels, uv, reach, 3)
+    modes, border = texture_lookup.AddressModes(), np.zeros((3, 1))
+    tries = np.concatenate([uv[:, None] + reach[:, None] * rng.uniform(-1.0, 1.0, (2, 2000, 40)), uv[:, None]], axis=1)
+    within = texture_lookup.linear(pixels, tries.reshape(2, -1), modes, border).reshape(3, -1, 40)
+    assert np.all(least <= within.min(axis=1) + 1e-12)
+    assert np.all(most >= within.max(axis=1) - 1e-12)
+    # Exactly what is there where it reaches nowhere, and never more than the picture has.
+    still = ~reach.any(axis=0)
+    np.testing.assert_allclose(least[:, still], most[:, still])
+    assert np.all(least >= pixels.min(axis=(0, 1))[:, None])
+    assert np.all(most <= pixels.max(axis=(0, 1))[:, None])
+
+
+def test_extremes_of_less_than_a_texel_are_exact(rng):
+    pixels = rng.uniform(0.0, 1.0, (8, 8, 1)).astype(np.float32)
+    uv, reach = rng.uniform(-1.0, 2.0, (2, 60)), rng.uniform(0.0, 0.99 / 8.0, (2, 60))
+    steps = np.linspace(-1.0, 1.0, 201)
+    tries = (
+        np.stack(np.broadcast_arrays(*np.meshgrid(steps, steps)))[..., None] * reach[:, None, None] + uv[:, None, None]
+    )
+    modes, border = texture_lookup.AddressModes(), np.zeros((1, 1))
+    within = texture_lookup.linear(pixels, tries.reshape(2, -1), modes, border).reshape(-1, 60)
+    least, most = texture_lookup.extremes(pixels, uv, reach, 1)
+    # A hundredth of the way between neighbours that differ by 1 at most.
+    assert np.max(np.abs(least - within.min(axis=0))) < 0.02
+    assert np.max(np.abs(most - within.max(axis=0))) < 0.02
+
+
 # Planted errors: what is done to the pixels that GLSL gets.
 WRONG_PIXELS = {
     "a texel to the right": lambda a: np.roll(a, 1, axis=1),
