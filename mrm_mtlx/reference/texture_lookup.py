@@ -86,7 +86,7 @@ def _widest(pixels: NDArray[np.floating], first: Array, last: Array, components:
         block *= 2
     low, high = (_block_extremes(pixels, components, block, reduce) for reduce in (np.minimum, np.maximum))
     height, width = pixels.shape[:2]
-    columns, rows = (list(_blocks(*ends, n, block)) for *ends, n in zip(first, last, (width, height), strict=True))
+    columns, rows = (list(_blocks(first[k], last[k], n, block)) for k, n in enumerate((width, height)))
     least = most = low[rows[0], columns[0]]
     for row, column in product(rows, columns):
         least, most = np.minimum(least, low[row, column]), np.maximum(most, high[row, column])

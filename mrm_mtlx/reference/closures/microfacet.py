@@ -124,8 +124,8 @@ def generalized_schlick(
 
     def with_film(c: Array, film_ior: Array) -> Array:
         film = facets.thinfilm_thickness, film_ior
-        colors = (_over(c, color) for color in (color0, color82, color90))
-        return schlick_reflectance(c, *colors, exponent, *film, rounding=_rounding(light, facets))
+        at_0, at_82, at_90 = (_over(c, color) for color in (color0, color82, color90))
+        return schlick_reflectance(c, at_0, at_82, at_90, exponent, *film, rounding=_rounding(light, facets))
 
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)
@@ -254,11 +254,11 @@ def _steeper(d: Array, h: tuple[Array, Array, Array], widths: tuple[Array, Array
     It rises as the inverse fourth power of the slope: where this is no more than its error, without proportion.
     """
     (hx, hy, hz), (alpha_x, alpha_y) = h, widths
-    nearer = (np.maximum(np.abs(slope) - error, 0.0) for slope in (hx, hy))
+    x, y = (np.maximum(np.abs(slope) - error, 0.0) for slope in (hx, hy))
     square = np.square(hx / alpha_x) + np.square(hy / alpha_y) + np.square(hz)
     gradient = 4.0 * d / square * (np.abs(hx) / np.square(alpha_x) + np.abs(hy) / np.square(alpha_y))
-    rise = ggx.distribution(*nearer, hz, alpha_x, alpha_y) - d
-    return np.maximum(rise - error * gradient, 0.0)
+    rise = ggx.distribution(x, y, hz, alpha_x, alpha_y) - d
+    return np.asarray(np.maximum(rise - error * gradient, 0.0))
 
 
 def _around(light: Light, facets: Facets, interface: _Interface, v: Array, frame: tuple[Array, Array, Array]) -> Array:
