@@ -88,11 +88,11 @@ RULES: dict[str, Rule] = {
             "READ_INCLUDE",
             _ERROR,
             "included file cannot be read",
-            "A file that the document is made of (an xi:include of MaterialX; a sublayer, reference, payload or clip "
-            "of USD; a buffer of glTF) does not exist, includes itself, directly or through others, or takes more than "
-            f"{MAXIMUM_INCLUDES} inclusions. Or something includes a file in a way that MaterialX passes over: an "
-            "xi:include of another prefix or below another element, an include of a shader source that only the "
-            "compiler behind it would resolve.",
+            "A file that the document is made of (an xi:include of MaterialX, a buffer of glTF) does not exist; or it "
+            "includes itself, directly or through others, as sublayers and references of USD can, too; or it takes "
+            f"more than {MAXIMUM_INCLUDES} inclusions. Or something includes a file in a way that MaterialX passes "
+            "over: an xi:include of another prefix or below another element, an include of a shader source that only "
+            "the compiler behind it would resolve.",
             "Correct the name; break the circle; include files as MaterialX does.",
         ),
         Rule(

@@ -10,6 +10,8 @@ from pxr import Sdf
 
 from mrm_mtlx.interchange.imported import UnreadableError
 from mrm_mtlx.interchange.usd import layers, opening, packages, weighing
+from mrm_mtlx.library.files import Reach
+from mrm_mtlx.validation.reading import read_document
 
 HEAD = "#usda 1.0\n"
 EMPTY = HEAD + 'def "a" {\n}\n'
@@ -273,3 +275,16 @@ def test_an_image_of_a_package_that_a_stage_refers_to_is_read(stage_of, usda, tm
     assert name == "p.usdz.0/tex/a.png"
     assert read.reach.regular(name).read_bytes() == b"picture"
     assert not [remark for remark in read.remarks if not remark.code.startswith("USD_")]
+
+
+def test_layers_are_looked_for_in_further_folders_that_may_be_read(usda, library, tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "shared" / "b.usda").write_text(HEAD + MATERIAL.format(arcs=""))
+    path = tmp_path / "in" / "s.usda"
+    for name in ("b.usda", "../shared/b.usda"):
+        path.write_text(referring(f"references = @{name}@</M>"))
+        reach = Reach.beside(path, (tmp_path / "shared",))
+        read = read_document(path, reach, library, tmp_path / "empty")[0]
+        assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/a"]
