@@ -185,7 +185,7 @@ def _remove_folder(folder: Path) -> None:
 
 def _move(finished: Path, target: Path) -> None:
     """Put a finished file in the place of another, once all of it has reached the disk."""
-    with finished.open("rb") as stream:
+    with finished.open("r+b") as stream:
         os.fsync(stream.fileno())  # a network's disk, or one with quotas, says only here that it is full
     if target.is_file():
         shutil.copymode(target, finished)

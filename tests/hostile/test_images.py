@@ -18,7 +18,7 @@ from mrm_mtlx.interchange.formats import format_of
 from mrm_mtlx.interchange.imported import Imported
 from mrm_mtlx.library import document_images, images
 from mrm_mtlx.library.console import silenced
-from mrm_mtlx.library.document_images import DocumentImages, ImagesTooLargeError
+from mrm_mtlx.library.document_images import DocumentImages, ImagesTooLargeError, refuse_excess
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.images import as_read, read_image, read_stored, stored_bytes, write_image
 
@@ -92,6 +92,25 @@ def test_sizes_are_known_before_anything_is_decoded(four_images, little_memory, 
     assert decoded == ["0.png", "1.png", "2.png"]
     held.start_surface()
     assert held("3.png").nbytes == ONE
+
+
+def test_what_another_process_is_to_read_is_weighed_by_its_headers(four_images, little_memory):
+    reach = Reach.beside(four_images)
+    refuse_excess(("0.png", "1.png", "2.png", "0.png", "absent.png"), reach)
+    with pytest.raises(ImagesTooLargeError, match="images that take"):
+        refuse_excess(("0.png", "1.png", "2.png", "3.png"), reach)
+    four_images.with_name("0.png").write_bytes(b"no picture")
+    with pytest.raises(ValueError, match=r"^0\.png: cannot be read as an image"):
+        refuse_excess(("0.png",), reach)
+
+
+def test_images_are_read_again_after_they_were_released(four_images, little_memory):
+    held = DocumentImages(Reach.beside(four_images))
+    four_images.with_name("3.png").write_bytes(b"no picture")
+    for _ in range(2):
+        assert (held("0.png").nbytes, held("3.png"), held("absent.png")) == (ONE, None, None)
+        held.release()
+    assert len(held.problems) == 1
 
 
 def test_the_images_of_the_surface_before_make_room(four_images, little_memory):
