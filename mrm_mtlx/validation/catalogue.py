@@ -109,7 +109,7 @@ RULES: dict[str, Rule] = {
             _ERROR,
             "not a valid MaterialX document",
             "MaterialX's own validation, or its reader, rejects the document.",
-            "Correct the element that is named.",
+            "Correct what the message names; it is MaterialX's own.",
         ),
         Rule(
             "DOC_VERSION",

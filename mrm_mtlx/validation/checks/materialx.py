@@ -38,8 +38,7 @@ def messages_of_validation(document: mx.Document, messages: str, *, explained: b
             yield _of_version(document)
         elif not (explained and message.startswith(_COVERED)):
             wrong = next((e for e in elements.get(f"<{found}", ()) if not e.validate()[0]), None)
-            hint = "" if wrong is not None else "The message is MaterialX's own; look for what it quotes."
-            yield finding("DOC_INVALID", "" if wrong is None else location(wrong), line.strip(), hint)
+            yield finding("DOC_INVALID", "" if wrong is None else location(wrong), line.strip())
 
 
 def _of_version(document: mx.Document) -> Finding:
