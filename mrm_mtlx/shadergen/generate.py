@@ -112,7 +112,11 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
     if shader is None:
         msg = "MaterialX returned no shader and gave no reason"
         raise GenerationError(msg)
-    sources = {stage: str(shader.getSourceCode(stage)) for stage in target.suffixes}
+    try:
+        sources = {stage: str(shader.getSourceCode(stage)) for stage in target.suffixes}
+    except UnicodeDecodeError as error:
+        msg = "the code is not UTF-8; a file that an implementation names is no source"
+        raise GenerationError(msg) from error
     if not sources["pixel"].strip():
         msg = "MaterialX returned an empty shader"
         raise GenerationError(msg)

@@ -53,9 +53,10 @@ class Scope:
         return self.source(element)
 
     def output(self, node: mx.Node, name: str = "") -> Any:
-        """A node's output, or its only one."""
-        connectable = UsdShade.ConnectableAPI(self.prims[node.getName()])
-        outputs = connectable.GetOutputs()
+        """A node's output, or its only one; None for a node that is not here, as one inside of the graph it feeds."""
+        if node.getName() not in self.prims:
+            return None
+        outputs = UsdShade.ConnectableAPI(self.prims[node.getName()]).GetOutputs()
         return next((output for output in outputs if output.GetBaseName() == name), outputs[0] if outputs else None)
 
 

@@ -61,7 +61,9 @@ def write_materials(
     if document.getColorSpace():  # as UsdMtlx does
         layer.customLayerData = {"colorSpace": document.getColorSpace()}
     # An output of another type is a pattern; what belongs to none of these is told by `remarks`.
-    elements = [e for e in renderable_elements(document) if e.getType() == "material" or e.getType() in TERMINALS]
+    shown = [_material_behind(element) for element in renderable_elements(document)]
+    elements = [e for e in shown if e is not None and (e.getType() == "material" or e.getType() in TERMINALS)]
+    elements = list({element.getNamePath(): element for element in elements}.values())
     if not elements:
         msg = "it has no material and no shader"
         raise ValueError(msg)
@@ -70,6 +72,11 @@ def write_materials(
     for element in elements:
         writer.material(root, element)
     return writer.remarks()
+
+
+def _material_behind(element: Any) -> Any:
+    """The material that an output shows; any other element itself, and None for an output that shows nothing."""
+    return element.getConnectedNode() if element.isA(mx.Output) and element.getType() == "material" else element
 
 
 class _Writer:
