@@ -556,6 +556,20 @@ def test_a_metal_of_the_document_is_the_lobe_of_its_numbers(response, flat_point
     np.testing.assert_allclose(response(text, flat_points(v, l)), lobe.eval(v, l) * l[:, 2:], rtol=64 * EPS / 1e-3)
 
 
+def test_the_only_output_of_a_defining_graph_is_that_of_its_definition_whatever_its_name(response):
+    nodes = '<oren_nayar_diffuse_bsdf name="lobe" type="BSDF"/>'
+    one, other = (
+        response(
+            '<nodedef name="ND_a" node="a"><output name="out" type="BSDF"/></nodedef>'
+            f'<nodegraph name="NG_a" nodedef="ND_a">{nodes}'
+            f'<output name="{name}" type="BSDF" nodename="lobe"/></nodegraph><a name="bsdf" type="BSDF"/>'
+        )
+        for name in ("out", "other")
+    )
+    np.testing.assert_array_equal(one, other)
+    assert np.all(one > 0.0)
+
+
 # What is no finite number ---------------------------------------------------------------------------------------------
 
 ZERO = '<normalize name="zero" type="vector3"><input name="in" type="vector3" value="0, 0, 0"/></normalize>'
