@@ -60,11 +60,11 @@ class Discrete:
     """Discrete intermediate results (a comparison, a floor) of an exact evaluation.
 
     A result that is the same at all samples is a property of the document and no matter of rounding: moved evaluations
-    take it from here. `varying` says whether there was one that is not.
+    take it from here. `varying` are those that are not.
     """
 
     settled: dict[tuple[str, str, int], Array] = field(default_factory=dict)
-    varying: bool = False
+    varying: dict[tuple[str, str, int], Array] = field(default_factory=dict)
 
 
 @dataclass
@@ -125,7 +125,7 @@ class Evaluation:
                 return self.exact.discrete.settled.get(key, value)
             self.discrete.settled[key] = value
         else:
-            self.discrete.varying = True
+            self.discrete.varying[key] = value
         return value
 
     def node_value(self, node: Any, output: str, scope: Scope, light: Light) -> Value:

@@ -17,7 +17,7 @@ import numpy as np
 
 from mrm_mtlx.reference.models import Model
 from mrm_mtlx.reference.precision import ARCTANGENT_ERROR, FAST_EXPONENTIAL, SINE_ERROR, power_error
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.rounding import CHANNEL_SIGNS, ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -25,8 +25,14 @@ if TYPE_CHECKING:
 
 
 def displaced(inputs: Inputs, value: Array, error: Array) -> Array:
-    """The value, or in the move of the part "functions" one that is off by `error`."""
-    return value + error if inputs.light.moves("functions") else value
+    """The value, or in the move of the part "functions" one that is off by `error`, its channels with several signs."""
+    if inputs.light.moves("functions"):
+        return value + error
+    if value.ndim == 2 and 1 < len(value) <= 4:
+        for part, signs in CHANNEL_SIGNS.items():
+            if inputs.light.moves(part):
+                return np.asarray(value + error * np.array(signs[: len(value)])[:, None])
+    return value
 
 
 def summed(inputs: Inputs, terms: Array) -> Array:

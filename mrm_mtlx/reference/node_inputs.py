@@ -78,6 +78,15 @@ class NodeInputs:
         self._settled += 1
         return self.evaluation.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
 
+    def skipped(self, value: Array) -> Array:
+        key = (self.scope.path, str(self.node.getNamePath()), self._settled)
+        exact = None if self.evaluation.exact is None else self.evaluation.exact.discrete.varying.get(key)
+        return np.zeros(value.shape, bool) if exact is None else np.abs(value - exact) > 1.0
+
+    @property
+    def level(self) -> float:
+        return self.evaluation.move.level
+
     def is_connected(self, name: str) -> bool:
         given = self.node.getInput(name)
         if given is None:

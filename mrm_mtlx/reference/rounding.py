@@ -48,6 +48,14 @@ PARTS = {
 # moved in full and counted once, by the farther of the two.
 RANGE = ("least", "most")
 
+# Patterns of signs by which the errors of functions move a value's channels, besides all up: of any two channels of
+# four, some pattern moves one up and one down, so that no difference of them looks exact. The farthest movement counts.
+CHANNEL_SIGNS = {
+    "channels +-+-": (1.0, -1.0, 1.0, -1.0),
+    "channels ++--": (1.0, 1.0, -1.0, -1.0),
+    "channels +--+": (1.0, -1.0, -1.0, 1.0),
+}
+
 # The directions, where it is told what a value is made of.
 VIEW, LIGHT_DIRECTION = "v", "l"  # as `closures.Light` names them
 
@@ -70,7 +78,8 @@ class Move:
         Relative size of these roundings. They are moved by all that is allowed them at once, since a graph may bend or
         jump (a comparison, a floor) within it.
     part
-        An intermediate result that cancels and is taken at the edge of its own error; see `PARTS` and `RANGE`.
+        An intermediate result that cancels and is taken at the edge of its own error; see `PARTS`, `CHANNEL_SIGNS` and
+        `RANGE`.
     factor
         How many times the movement of the result is allowed.
     """
@@ -85,6 +94,11 @@ class Move:
     def touches(self, needs: frozenset[str]) -> bool:
         """Whether it moves something that is made of these: `VIEW`, `LIGHT_DIRECTION`, parts. Numbers are in all."""
         return bool(self.values) or not needs.isdisjoint(self._moved)
+
+    @property
+    def level(self) -> float:
+        """A number of its own in [0, 1] for each move of the numbers, evenly: what may be anything is taken there."""
+        return (2 * (self.values - 1) + (self.step < 0.0)) / (2 * len(PATTERNS) - 1)
 
     @cached_property
     def _moved(self) -> frozenset[str]:
@@ -113,6 +127,12 @@ def opposite_moves() -> Iterator[Move]:
     """The patterns over the document's numbers with the opposite signs."""
     for pattern in PATTERNS:
         yield Move(values=pattern, step=-ROUNDING_FACTOR * UNIT, factor=1.0)
+
+
+def channel_moves() -> Iterator[Move]:
+    """The move of functions with the patterns of `CHANNEL_SIGNS`."""
+    for part in CHANNEL_SIGNS:
+        yield Move(part=part)
 
 
 def range_moves() -> Iterator[Move]:

@@ -24,6 +24,7 @@ from mrm_mtlx.reference.rounding import (
     UNIT,
     Move,
     Tolerance,
+    channel_moves,
     moves,
     opposite_moves,
     range_moves,
@@ -192,7 +193,10 @@ class Surface:
             return move.factor * np.where(np.isnan(by), np.inf, by)
 
         for move in chosen:
-            allowed = allowed + moved_by(move)
+            by = moved_by(move)
+            if move.part == "functions":
+                by = np.maximum.reduce([by, *(moved_by(pattern) for pattern in channel_moves())])
+            allowed = allowed + by
         return expected, allowed + np.maximum(*(moved_by(end) for end in range_moves()))
 
     def _evaluation(

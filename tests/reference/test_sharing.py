@@ -18,6 +18,7 @@ from mrm_mtlx.reference.rounding import (
     VIEW,
     Model,
     Move,
+    channel_moves,
     moves,
     opposite_moves,
     range_moves,
@@ -102,7 +103,10 @@ def evaluated_anew(surface, points, illumination, model=Model.HARDWARE):
     chosen = [m for m in moves(model) if illumination.light or not np.any(m.light)]
     allowed = OUTPUT_ROUNDINGS * UNIT * np.abs(expected) + SMALLEST
     for move in [*chosen, *(opposite_moves() if exact.discrete.varying else ())]:
-        allowed = allowed + move.factor * np.abs(surface._color(points, illumination, move, exact) - expected)
+        together = [move, *(channel_moves() if move.part == "functions" else ())]
+        allowed = allowed + move.factor * np.max(
+            [np.abs(surface._color(points, illumination, m, exact) - expected) for m in together], axis=0
+        )
     ends = (np.abs(surface._color(points, illumination, move, exact) - expected) for move in range_moves())
     return expected, allowed + np.maximum(*ends)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mrm_mtlx.reference import flakes, noise_functions
 from mrm_mtlx.reference.flakes import Flake
+from mrm_mtlx.reference.function_errors import displaced
 from mrm_mtlx.reference.nodes.registry import node
 from mrm_mtlx.reference.precision import widened
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
@@ -57,11 +58,16 @@ def _channels(
     parts = [octaves(position, together)]
     if offset:
         parts.append(octaves(position + np.array(offset[: len(position)])[:, None], 1, roundings=1))
-    return np.concatenate([_missed(inputs, value, error) for value, error in parts])
+    every = [np.broadcast_arrays(value, error) for value, error in parts]
+    value, error = (np.concatenate(arrays) for arrays in zip(*every, strict=True))
+    return _missed(inputs, value, error)
 
 
 def _cells(inputs: Inputs, position: Array, _components: int) -> Array:
-    return noise_functions.cell_noise(*inputs.discrete(np.floor(position)))[None]
+    """A random number per cell; where roundings reach beyond the cells next to it, it may be any."""
+    cell = inputs.discrete(np.floor(position))
+    anywhere = np.any(inputs.skipped(cell), axis=0)
+    return np.where(anywhere, inputs.level, noise_functions.cell_noise(*cell))[None]
 
 
 def _worley(inputs: Inputs, position: Array, components: int) -> Array:
@@ -96,7 +102,7 @@ def _moved(inputs: Inputs) -> bool:
 
 def _missed(inputs: Inputs, value: Array, error: Array) -> Array:
     """The value, or in the move of the part "functions" one that is off by the error, which is given in full."""
-    return value + error / ROUNDING_FACTOR if _moved(inputs) else value
+    return displaced(inputs, value, error / ROUNDING_FACTOR)
 
 
 @node("ND_flake2d")

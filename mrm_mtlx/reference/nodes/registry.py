@@ -100,6 +100,15 @@ class Inputs(Protocol):
         """
         ...
 
+    def skipped(self, value: Array) -> Array:
+        """Where the discrete result asked for last, whole numbers, is moved by more than one: others are passed by."""
+        ...
+
+    @property
+    def level(self) -> float:
+        """A number in [0, 1], another one in each move of the numbers."""
+        ...
+
     def is_connected(self, name: str) -> bool:
         """Whether an input takes its value from a node or an interface; constants are numbers to generators."""
         ...

@@ -64,10 +64,16 @@ def points(rng):
 
 
 @pytest.fixture
-def compared(gl_clean, make_document, library, points):
-    """Function from a document's nodes to the tolerance and what GLSL shows; `old` and `new` damage its source."""
+def compared(drawn_at, points):
+    """As `drawn_at`, at the usual samples."""
+    return lambda nodes, old="", new="": drawn_at(nodes, points, old, new)
 
-    def compare(nodes: str, old: str = "", new: str = ""):
+
+@pytest.fixture
+def drawn_at(gl_clean, make_document, library):
+    """Function from nodes and samples to the tolerance and what GLSL shows; `old` and `new` damage its source."""
+
+    def compare(nodes: str, points: ShadingPoints, old: str = "", new: str = ""):
         document = make_document(nodes)
         shader = generate(document.getNode("s"), "glsl", library)
         if old:
@@ -126,6 +132,46 @@ NAMES = (
     '<input name="in2" type="float" nodename="a" output="presence"/>'
     '<input name="in3" type="float" nodename="whole"/></combine3>'
 )
+
+
+# A colour by the number of a flake, beyond which float32 has no fractions.
+COLORS = node("flake3d", "multioutput", size="float:0.002", coverage="float:1").replace('"a"', '"f"') + (
+    '<randomcolor name="a" type="color3"><input name="seed" type="integer" nodename="f" output="id"/>{}</randomcolor>'
+)
+
+
+@pytest.fixture
+def many(points, rng):
+    """So many samples that what one in a thousand shows is met."""
+    every = ShadingPoints.joined([points] * 20)
+    return replace(every, position=rng.uniform(-4.0, 4.0, (len(every), 3)).astype(np.float32).astype(float))
+
+
+# What the channels of noise differ by: the second is taken from the first, and a share of the third from both.
+DIFFERENCE = node("noise2d", "vector3").replace('"a"', '"n"') + (
+    '<dotproduct name="a" type="float"><input name="in1" type="vector3" nodename="n"/>'
+    '<input name="in2" type="vector3" value="1, -1, 0.3"/></dotproduct>'
+)
+
+
+def test_the_difference_of_noises_channels_agrees_with_glsl(drawn_at, many, rng):
+    at = replace(many, texcoord=rng.uniform(-1.0, 2.0, (len(many), 2)).astype(np.float32).astype(float))
+    tolerance, found = drawn_at(shown(DIFFERENCE, "float"), at)
+    assert np.max(tolerance.excess(found)) <= 1.0
+    assert np.median(tolerance.allowed) < 1e-3
+    tolerance, found = drawn_at(shown(DIFFERENCE, "float"), at, "0.6616", "0.6650")
+    assert np.mean(tolerance.excess(found) > 1.0) > MOST
+
+
+def test_what_a_hash_gives_for_a_number_without_fractions_is_anything(drawn_at, many):
+    tolerance, found = drawn_at(shown(COLORS.format(""), "color3"), many)
+    assert np.max(tolerance.excess(found)) <= 1.0
+
+
+def test_a_cell_that_is_known_has_one_random_number(drawn_at, many):
+    """With the hash's start damaged, nearly all samples are wrong; those of known cells are allowed nothing."""
+    tolerance, found = drawn_at(shown(node("cellnoise3d", "float"), "float"), many, "0xdeadbeef", "0xdeadbeee")
+    assert np.mean(tolerance.excess(found) > 1.0) > MOST
 
 
 @pytest.mark.parametrize(("dimensions", "coverage"), [(2, 0.5), (3, 0.2), (3, 1.0)])
