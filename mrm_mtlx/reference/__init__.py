@@ -16,7 +16,7 @@ from mrm_mtlx.reference.closures import Environment, Model
 from mrm_mtlx.reference.evaluation import Illumination
 from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, Tolerance
-from mrm_mtlx.reference.surface import Surface, constant_input, input_at
+from mrm_mtlx.reference.surface import Surface, constant_input, input_at, narrowest_width
 from mrm_mtlx.reference.survey import UnsupportedError
 
 __all__ = [
@@ -30,4 +30,5 @@ __all__ = [
     "UnsupportedError",
     "constant_input",
     "input_at",
+    "narrowest_width",
 ]

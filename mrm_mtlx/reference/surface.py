@@ -253,6 +253,22 @@ def constant_input(node: Any, name: str) -> Array | str | None:
     return value if value.ndim == 0 else value[..., 0]
 
 
+def narrowest_width(shader: Any) -> float | None:
+    """Least width alpha of the lobes that a surface shader node reflects a light by, as far as they are constant.
+
+    None where there are none, or where the node cannot be evaluated here. Lobes of weight 0 do not count.
+    """
+    try:
+        traits = Surface(shader, images=lambda _: _TWO_TEXELS).traits(_TWO_POINTS)
+    except (UnsupportedError, RecursionError, KeyError, AttributeError, TypeError):  # as in `_input`
+        return None
+    if traits.properties:
+        return None
+    seen = [lobe for lobe in traits.lobes if not lobe.off and lobe.scatter_mode != "T"]
+    widths = [float(np.min(a)) for lobe in seen for a in (lobe.alpha_x, lobe.alpha_y) if np.size(a) == 1]
+    return min(widths, default=None)
+
+
 def input_at(node: Any, name: str, points: ShadingPoints) -> Array | None:
     """Value of a node's input at these points, shape (components, samples); None where it cannot be evaluated here.
 
@@ -294,6 +310,10 @@ _TWO_POINTS = ShadingPoints(
     position=np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]),
     texcoord=np.array([[0.0, 0.0], [0.25, 0.75]]),
 )
+
+
+# A picture that differs there, too.
+_TWO_TEXELS = np.array([[[0.25] * 4], [[0.75] * 4]])
 
 
 def _in_blocks(function: Callable[[ShadingPoints], Array], points: ShadingPoints) -> Array:

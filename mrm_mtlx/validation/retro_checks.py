@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES, PARTIAL_NODES, amount_input
-from mrm_mtlx.reference import constant_input
+from mrm_mtlx.reference import constant_input, narrowest_width
+from mrm_mtlx.reference.graph import defining_graph
 from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
 from mrm_mtlx.validation.checks.elements import location, nodes_of
 from mrm_mtlx.validation.findings import Finding, finding
@@ -59,8 +60,12 @@ def is_retroreflective(node: Any) -> bool:
 
 
 def check_retroreflection(document: mx.Document) -> list[Finding]:
-    """Findings about the microfacet lobes and the surface models with an amount, in document order."""
+    """Findings about the microfacet lobes and the surface models, in document order."""
     findings: list[Finding] = []
+    for model in nodes_of(document):
+        definition = model.getNodeDef() if model.getType() == "surfaceshader" else None
+        if definition is not None and defining_graph(definition) is not None:  # the others' lobes are the document's
+            findings += _too_narrow(model, narrowest_width(model))
     for node in retroreflecting_nodes(document):
         is_lobe = node.getCategory() in (*MICROFACET_NODES, *PARTIAL_NODES)
         if is_lobe:
@@ -100,9 +105,13 @@ def _invisible(node: Any) -> str:
 
 def _check_width(node: Any) -> Iterator[Finding]:
     width = constant_input(node, "roughness")
+    yield from _too_narrow(node, float(width.min()) if isinstance(width, np.ndarray) else None)
+
+
+def _too_narrow(node: Any, width: float | None) -> Iterator[Finding]:
     # In float32, as the document's number is: the bound itself is not below the bound.
-    if isinstance(width, np.ndarray) and width.min() < np.float32(NARROWEST_ALPHA):
-        message = f"its width alpha is {width.min():.3g}, below {NARROWEST_ALPHA:g}"
+    if width is not None and width < np.float32(NARROWEST_ALPHA):
+        message = f"its narrowest width alpha is {width:.3g}, below {NARROWEST_ALPHA:g}"
         yield finding("LOBE_TOO_NARROW", location(node), message)
 
 

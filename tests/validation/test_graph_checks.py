@@ -636,6 +636,31 @@ def test_a_retroreflector_is_seen_through(make_document, name):
         assert found.location in ("/metal", "/g/inner")
 
 
+# Surface models, and the width that is told of them; "" if none is.
+MODELS = {
+    "of roughness 0": ('<UsdPreviewSurface name="u" type="surfaceshader">{}</UsdPreviewSurface>', "alpha is 1e-08"),
+    "whose roughness is an image's": (
+        '<image name="i" type="float"><input name="file" type="filename" value="r.png"/></image>'
+        '<UsdPreviewSurface name="u" type="surfaceshader"><input name="roughness" type="float" nodename="i"/>'
+        "</UsdPreviewSurface>",
+        "",
+    ),
+    "without the lobe of roughness 0": (
+        '<open_pbr_surface name="u" type="surfaceshader"><input name="coat_roughness" type="float" value="0"/>'
+        "</open_pbr_surface>",
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_surface_model_with_a_lobe_too_narrow_for_float32_is_told(make_document, name):
+    elements, words = MODELS[name]
+    findings = check_retroreflection(make_document(elements.format(given("roughness", "float", value="0"))))
+    assert [(f.code, f.location) for f in findings] == ([("LOBE_TOO_NARROW", "/u")] if words else [])
+    assert all(words in f.message for f in findings)
+
+
 # Stranger than wrong --------------------------------------------------------------------------------------------------
 
 
