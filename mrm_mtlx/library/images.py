@@ -151,7 +151,7 @@ def write_image(path: Path, pixels: NDArray[Any], attributes: Mapping[str, str])
         spec.attribute(name, value)
     with replacing(path) as unfinished:
         with silenced():
-            target = oiio.ImageOutput.create(str(unfinished))
+            target: Any = oiio.ImageOutput.create(str(unfinished))
             done = target is not None and target.open(str(unfinished), spec)
             done = done and target.write_image(np.ascontiguousarray(pixels)) and target.close()
             said = oiio.geterror() or (target.geterror() if target is not None else "")

@@ -81,7 +81,7 @@ class NodeInputs:
     def skipped(self, value: Array) -> Array:
         key = (self.scope.path, str(self.node.getNamePath()), self._settled)
         exact = None if self.evaluation.exact is None else self.evaluation.exact.discrete.varying.get(key)
-        return np.zeros(value.shape, bool) if exact is None else np.abs(value - exact) > 1.0
+        return np.asarray(np.zeros(value.shape, bool) if exact is None else np.abs(value - exact) > 1.0)
 
     @property
     def level(self) -> float:

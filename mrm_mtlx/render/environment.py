@@ -23,7 +23,7 @@ def environment(image: NDArray[np.floating], samples: int) -> Environment:
     return Environment(radiance, irradiance_over_pi(radiance), samples)
 
 
-def irradiance_over_pi(radiance: Array) -> Array:
+def irradiance_over_pi(radiance: NDArray[np.floating]) -> Array:
     """Cosine-weighted mean of the radiance over the hemisphere about each direction, (rows, 2 rows, 3)."""
     coarse = _shrink(radiance, min(_ROWS, radiance.shape[0]))
     directions, solid_angle = latlong_directions(coarse.shape[0], coarse.shape[1])
@@ -63,7 +63,7 @@ def look_up(radiance: NDArray[np.floating], directions: Array) -> Array:
     return np.asarray(radiance[rows, columns, :3], dtype=float)
 
 
-def _shrink(image: Array, rows: int) -> Array:
+def _shrink(image: NDArray[np.floating], rows: int) -> Array:
     """Mean over blocks, down to at most `rows` rows and twice as many columns."""
     step_y, step_x = max(image.shape[0] // rows, 1), max(image.shape[1] // (2 * rows), 1)
     height, width = image.shape[0] // step_y * step_y, image.shape[1] // step_x * step_x

@@ -6,7 +6,7 @@ Nothing comes from elsewhere on the machine, so that a mutant is the same wherev
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tools.fuzz import gltf, text
 
@@ -59,7 +59,7 @@ def pictures(folder: Path) -> None:
         pixels = np.linspace(0.0, 1.0, size * (size + 1) * channels, dtype=np.float32)
         spec = oiio.ImageSpec(size, size + 1, channels, kind)
         spec.attribute("DateTime", "2000:01:01 00:00:00")  # else that of now
-        out = oiio.ImageOutput.create(name)
+        out: Any = oiio.ImageOutput.create(name)
         out.open(str(folder / name), spec)
         out.write_image(pixels.reshape(size + 1, size, channels))
         out.close()

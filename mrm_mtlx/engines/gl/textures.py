@@ -51,7 +51,7 @@ def upload(context: Any, pixels: NDArray[Any], sampling: Sampling | None = None,
 def texture_bytes(pixels: NDArray[Any], sampling: Sampling) -> int:
     """Bytes that the texture of an image takes, without mipmaps."""
     components, size = _components(pixels.shape[-1], sampling), np.dtype(_kind(pixels.dtype)).itemsize
-    return pixels.shape[0] * pixels.shape[1] * (4 if components == 3 else components) * size
+    return int(pixels.shape[0] * pixels.shape[1] * (4 if components == 3 else components) * size)
 
 
 def _components(channels: int, sampling: Sampling) -> int:

@@ -122,7 +122,7 @@ def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
     total = sum(weights)
 
     def lit(arc: float, turn: Array | float = 0.0) -> Array:
-        return np.maximum(cos_l * np.cos(arc + turn) - sin_l * np.sin(arc + turn), 0.0)
+        return np.asarray(np.maximum(cos_l * np.cos(arc + turn) - sin_l * np.sin(arc + turn), 0.0))
 
     def mean(angle: Array | float = 0.0) -> Array:
         return np.asarray(sum(w * lit(arc, angle) for w, arc in zip(weights, arcs, strict=True)) / (total * np.pi))
