@@ -264,7 +264,7 @@ def test_a_picture_is_there_whole_or_not_at_all(tmp_path, monkeypatch):
     figure = drawing.lobes(curves(), "log")
 
     def full_disk(target, **_options):
-        target.write_text("half a pic", encoding="utf-8")
+        target.write(b"half a pic")
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(figure, "savefig", full_disk)
