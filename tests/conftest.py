@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.engines.availability import Availability
     from mrm_mtlx.validation.results import DocumentResult
 
+# The tools lie beside the package, which may be an installed one: it comes first. Worker processes take the path over.
+sys.path.append(str(Path(__file__).parents[1]))
+
 SEED = 2026
 
 # Seconds after which a command counts as hung; the longest of the tests takes about ten.

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 # Every so many-th document: some twelve.
 SHARE = 30
-
-
-@pytest.fixture(scope="module", autouse=True)
-def tools_on_the_path() -> None:
-    """The tools lie beside the package, which may be an installed one."""
-    sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 
 @pytest.fixture
