@@ -12,6 +12,12 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else " " for c in text)
 
 
+def shown(text: str, quote: str = "'", most: int = 80) -> str:
+    """A text of a file in quotes, as a message has it: printable, and of at most so many characters."""
+    text = printable(text)
+    return f"{quote}{text if len(text) <= most else text[:most] + '...'}{quote}"
+
+
 def text_lines(text: str) -> list[str]:
     """The lines of a text, ended by a line feed alone: `str.splitlines` knows eleven ends of a line."""
     return text.replace("\r\n", "\n").removesuffix("\n").split("\n")

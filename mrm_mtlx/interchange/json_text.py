@@ -1,4 +1,4 @@
-"""JSON that nobody vouches for: parsed strictly, and shown in messages."""
+"""Untrusted JSON: parsed strictly, and named in messages."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import math
 from collections import Counter
 from typing import Any
 
+from mrm_mtlx.text import shown
+
 # Digits of a whole number: any with as many is one that a double can hold, and so becomes no error later.
 _LONGEST_NUMBER = 308
-# Characters of a file's text that a message shows.
-_LONGEST = 80
 
 
 def parse(content: bytes) -> dict[str, Any]:
@@ -50,11 +50,6 @@ def kind(value: Any) -> str:
     """What a value is, in the words of JSON, with an article."""
     names = {type(None): "null", bool: "a boolean", str: "a string", list: "an array", dict: "an object"}
     return names.get(type(value), "a number")
-
-
-def shown(text: str, quote: str = "'") -> str:
-    """Text of a file in a message, shortened."""
-    return f"{quote}{text if len(text) <= _LONGEST else text[:_LONGEST] + '...'}{quote}"
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -21,10 +21,10 @@ import numpy as np
 
 from mrm_mtlx import __version__
 from mrm_mtlx.interchange import json_text
-from mrm_mtlx.interchange.json_text import kind, shown
+from mrm_mtlx.interchange.json_text import kind
 from mrm_mtlx.library.writing import replacing
 from mrm_mtlx.photometry import coefficient, luminance
-from mrm_mtlx.text import printable
+from mrm_mtlx.text import printable, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.text import printable
+from mrm_mtlx import text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 # Longest line that is read: measured data have some 150 characters.
 MAXIMUM_LINE = 4096
+
+# A word of the file in a message.
+shown = partial(text.shown, most=40)
 
 
 class LineError(Exception):
@@ -88,9 +92,3 @@ def finite(word: str, line: int) -> float:
     if not math.isfinite(number) or "_" in word:  # Python's own numbers may have underscores
         raise LineError(line, f"{shown(word)} is no finite number")
     return number
-
-
-def shown(text: str) -> str:
-    """A word of the file, in quotes, of a length that fits a message and without control characters."""
-    plain = printable(text)
-    return f"'{plain if len(plain) <= 40 else plain[:40] + '...'}'"

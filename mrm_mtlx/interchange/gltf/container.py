@@ -19,8 +19,8 @@ from urllib.parse import unquote
 from mrm_mtlx.interchange import json_text
 from mrm_mtlx.interchange.gltf.schema import problems
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
-from mrm_mtlx.interchange.json_text import kind, shown
-from mrm_mtlx.text import printable
+from mrm_mtlx.interchange.json_text import kind
+from mrm_mtlx.text import printable, shown
 
 if TYPE_CHECKING:
     from mrm_mtlx.library.files import Reach

@@ -13,8 +13,9 @@ from mrm_mtlx.interchange.gltf.graph import Graph
 from mrm_mtlx.interchange.gltf.schema import RETROREFLECTION, known_extensions, problems
 from mrm_mtlx.interchange.gltf.textures import Textures
 from mrm_mtlx.interchange.imported import Imported, Remark
-from mrm_mtlx.interchange.json_text import pointer, shown
+from mrm_mtlx.interchange.json_text import pointer
 from mrm_mtlx.library.files import Reach
+from mrm_mtlx.text import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.interchange import json_text
 from mrm_mtlx.interchange.imported import Remark
-from mrm_mtlx.interchange.json_text import kind, shown
-from mrm_mtlx.text import printable
+from mrm_mtlx.interchange.json_text import kind
+from mrm_mtlx.text import printable, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -21,7 +21,8 @@ from mrm_mtlx.interchange.gltf.container import (
 )
 from mrm_mtlx.interchange.gltf.properties import FILTERS, TRANSFORM, WRAPS
 from mrm_mtlx.interchange.imported import Remark
-from mrm_mtlx.interchange.json_text import pointer, shown
+from mrm_mtlx.interchange.json_text import pointer
+from mrm_mtlx.text import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable

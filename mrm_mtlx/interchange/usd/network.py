@@ -10,10 +10,10 @@ import MaterialX as mx
 from pxr import Sdf, Usd, UsdShade
 
 from mrm_mtlx.interchange.imported import Remark
-from mrm_mtlx.interchange.json_text import shown
 from mrm_mtlx.interchange.usd.prims import TERMINALS, is_closed, is_materialx, space_of, terminals
 from mrm_mtlx.interchange.usd.values import COLORED, materialx_type, outputs_of, to_text
 from mrm_mtlx.interchange.usd.versions import earlier_definition, is_earlier, is_version, upgraded, version_of
+from mrm_mtlx.text import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple, NoReturn
 
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
 from mrm_mtlx.library.files import Reach
+from mrm_mtlx.text import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,11 +27,11 @@ MAXIMUM_FILES = 4096
 
 # Files in a package begin at multiples of this, so that they can be mapped into memory (USDZ specification).
 ALIGNMENT = 64
-# What a package may hold, for USD's validator of files' endings.
-_LAYERS, _IMAGES, _SOUNDS = (
-    ("usda", "usdc", "usd", "usdz", "mtlx"),
-    ("png", "jpg", "jpeg", "exr", "avif"),
-    ("m4a", "mp3", "wav"),
+# What a package may hold (layers, images, sounds), for USD's validator of files' endings.
+_ENDINGS = (
+    *("usda", "usdc", "usd", "usdz", "mtlx"),
+    *("png", "jpg", "jpeg", "exr", "avif"),
+    *("m4a", "mp3", "wav"),
 )
 # A file's header (ZIP, APPNOTE 4.3.7) up to its name: signature, flags, method, sizes, length of name and extra field.
 _HEADER = struct.Struct("<4s2xHH4x4xIIHH")
@@ -105,27 +106,27 @@ def _checked(stream: BinaryIO, entries: list[zipfile.ZipInfo], name: str, place:
     """Refuse files that are not stored one behind the other as the directory says; yield `Package.problems`."""
     end = described = 0
     for entry in entries:
-        shown = _shown(entry.filename)
+        file = shown(entry.filename, quote="")
         stream.seek(entry.header_offset)
         header = stream.read(_HEADER.size)
         if len(header) < _HEADER.size:
-            _refuse(f"the package {name} cannot be unpacked: the header of {shown} is cut short", place)
+            _refuse(f"the package {name} cannot be unpacked: the header of {file} is cut short", place)
         signature, flags, method, packed, size, *lengths = _HEADER.unpack(header)
         if signature != _SIGNATURE:
-            _refuse(f"the package {name} cannot be unpacked: there is no header where {shown} is to begin", place)
+            _refuse(f"the package {name} cannot be unpacked: there is no header where {file} is to begin", place)
         if (flags | entry.flag_bits) & _ENCRYPTED:
-            _refuse(f"the package {name} cannot be unpacked: {shown} is encrypted", place)
+            _refuse(f"the package {name} cannot be unpacked: {file} is encrypted", place)
         if method != zipfile.ZIP_STORED or entry.compress_type != zipfile.ZIP_STORED:
-            _refuse(f"{shown} is compressed; a package of USD holds its files as they are", place)
+            _refuse(f"{file} is compressed; a package of USD holds its files as they are", place)
         sizes = {entry.file_size, entry.compress_size} | (set() if flags & _SIZES_BEHIND else {packed, size})
         if len(sizes) > 1:
-            _refuse(f"the package {name} cannot be unpacked: it states several sizes of {shown}", place)
+            _refuse(f"the package {name} cannot be unpacked: it states several sizes of {file}", place)
         behind = entry.header_offset - end
         if behind < 0:
-            _refuse(f"the package {name} cannot be unpacked: {shown} overlaps the file before it", place)
+            _refuse(f"the package {name} cannot be unpacked: {file} overlaps the file before it", place)
         if behind > described:
             _refuse(
-                f"the package {name} cannot be unpacked: before {shown} there is what its directory does not name",
+                f"the package {name} cannot be unpacked: before {file} there is what its directory does not name",
                 place,
             )
         start = entry.header_offset + _HEADER.size + sum(lengths)
@@ -136,14 +137,14 @@ def _checked(stream: BinaryIO, entries: list[zipfile.ZipInfo], name: str, place:
 
 
 def _problems(filename: str, start: int, package: str) -> Iterator[tuple[str, str]]:
-    shown = _shown(filename)
+    file = shown(filename, quote="")
     suffix = filename.rpartition("/")[2].rpartition(".")[2]
-    if suffix.lower() not in (*_LAYERS, *_IMAGES, *_SOUNDS):
+    if suffix.lower() not in _ENDINGS:
         kind = "usdUtilsValidators:FileExtensionValidator.UnsupportedFileExtensionInPackage"
-        yield kind, f"File '{shown}' in package '{package}' has an unknown unsupported extension '{_shown(suffix)}'."
+        yield kind, f"File '{file}' in package '{package}' has an unknown unsupported extension {shown(suffix)}."
     if start % ALIGNMENT:
         kind = "usdUtilsValidators:RootPackageValidator.ByteMisalignment"
-        yield kind, f"File '{shown}' in package '{package}' has an invalid offset {start}."
+        yield kind, f"File '{file}' in package '{package}' has an invalid offset {start}."
 
 
 def _extract(package: zipfile.ZipFile, entry: zipfile.ZipInfo, folder: Path) -> Path | None:
@@ -158,9 +159,3 @@ def _extract(package: zipfile.ZipFile, entry: zipfile.ZipInfo, folder: Path) -> 
 
 def _refuse(message: str, place: str) -> NoReturn:
     raise UnreadableError(Remark("READ_FORMAT", place, message))
-
-
-def _shown(name: str) -> str:
-    """The name of a file in a package, in a message."""
-    name = "".join(c if c.isprintable() else " " for c in name)
-    return name if len(name) <= 80 else f"{name[:80]}..."
