@@ -14,7 +14,7 @@ import sys
 
 # Private memory of a process that works on a document [bytes]. All targets of the largest surface models take 0.7 GiB
 # with 16,384 samples, most of it for the driver and the reference; a document's images have a bound of their own.
-MAXIMUM_BYTES = 2 * 2**30
+MAXIMUM_MEMORY = 2 * 2**30
 # Seconds that a document may take to be opened, and then each of its surfaces on each target.
 TIME_LIMIT_S = 300.0
 
@@ -25,7 +25,7 @@ TIME_IS_UP = getattr(signal, "SIGALRM", None)
 _PR_SET_PDEATHSIG = 1
 
 
-def limit_memory(maximum: int = MAXIMUM_BYTES) -> None:
+def limit_memory(maximum: int = MAXIMUM_MEMORY) -> None:
     """Let allocations beyond `maximum` bytes of private memory fail (Linux; RLIMIT_DATA, getrlimit(2)).
 
     The address space is not what counts: drivers and thread pools reserve many times what they use.
@@ -41,7 +41,7 @@ def limit_memory(maximum: int = MAXIMUM_BYTES) -> None:
 
 def memory_reason() -> str:
     """What is said where memory ran out."""
-    return f"it needs more memory than a process may take ({MAXIMUM_BYTES / 2**30:g} GiB)"
+    return f"it needs more memory than a process may take ({MAXIMUM_MEMORY / 2**30:g} GiB)"
 
 
 def limit_time(seconds: float) -> None:
@@ -54,6 +54,11 @@ def limit_time(seconds: float) -> None:
 def can_limit_time() -> bool:
     """Whether `limit_time` has an effect here."""
     return hasattr(signal, "setitimer")
+
+
+def is_time_up(status: int) -> bool:
+    """Whether a process died because its time was up, by its exit status as Python has it."""
+    return TIME_IS_UP is not None and status == -TIME_IS_UP
 
 
 def die_with(parent: int) -> None:

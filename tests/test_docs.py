@@ -238,7 +238,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
     mebi, gibi = 2**20, 2**30
     known = {
         "seconds for opening": (process_limits.TIME_LIMIT_S, 1),
-        "private memory": (process_limits.MAXIMUM_BYTES, gibi),
+        "private memory": (process_limits.MAXIMUM_MEMORY, gibi),
         "a document with its includes": (limits.MAXIMUM_BYTES, mebi),
         "files that a document includes": (limits.MAXIMUM_INCLUDES, 1),
         "nesting of XML": (limits.MAXIMUM_XML_DEPTH, 1),

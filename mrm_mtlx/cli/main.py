@@ -97,7 +97,7 @@ def _tell(death: supervision.Death) -> int:
     if not death.document:
         print(f"mrm: internal error: the process died ({cause})", file=sys.stderr)
         return 2
-    if death.status == -int(process_limits.TIME_IS_UP or 0):
+    if process_limits.is_time_up(death.status):
         _print_finding("CHECK_TIMEOUT", f"{death.document}: not finished within the time limit")
     else:
         _print_finding("CHECK_CRASHED", f"{death.document}: the process that worked on it died ({cause})")

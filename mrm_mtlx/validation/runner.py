@@ -271,17 +271,22 @@ class _Task:
         try:
             return future.result()
         except TimeoutError:
-            found = self._lost(-int(process_limits.TIME_IS_UP or 0), timed_out=True)
+            found = self._lost()
         except pebble.ProcessExpired as error:
-            found = self._lost(error.exitcode, timed_out=error.exitcode == -int(process_limits.TIME_IS_UP or 0))
+            found = self._lost() if process_limits.is_time_up(error.exitcode) else self._lost(error.exitcode)
         except Exception as error:
             found = finding("CHECK_CRASHED", "", error_reason(error))
         return DocumentResult(self.request.shown, [found]) if found else None
 
-    def _lost(self, status: int, *, timed_out: bool) -> Finding | None:
-        """Note in which step a process died; the finding, if that step was all of the document."""
-        cause = f"the process that checked it died ({process_limits.cause_of_death(status)})"
-        reason = f"not finished within {self.limit_s:g} s" if timed_out else cause
+    def _lost(self, status: int | None = None) -> Finding | None:
+        """Note in which step a process died, without a status because its time was up.
+
+        The finding, if that step was all of the document.
+        """
+        timed_out = status is None
+        reason = f"not finished within {self.limit_s:g} s"
+        if status is not None:
+            reason = f"the process that checked it died ({process_limits.cause_of_death(status)})"
         step = read_record(self.record).begun or READING
         if step != READING:
             with contextlib.suppress(OSError):

@@ -135,7 +135,7 @@ def _judge(key: Key, target: Target | None) -> Result:
     forget_peak()
     verdict = (target or judge)(worker.maker.make(key), worker.place, worker.scratch, Random(f"{key} target"))
     memory = peak()
-    if memory > process_limits.MAXIMUM_BYTES and not verdict.outcome.failed:
+    if memory > process_limits.MAXIMUM_MEMORY and not verdict.outcome.failed:
         verdict = Verdict(Outcome.LARGE, verdict.codes, f"{memory / 2**30:.2f} GiB resident")
     return Result(key, verdict, memory)
 

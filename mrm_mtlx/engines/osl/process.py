@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.availability import Availability
+from mrm_mtlx.process_limits import cause_of_death
 from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ class CyclesProcess:
         except subprocess.TimeoutExpired:  # it has closed its end and lives on
             self._kill()
             status = self._process.wait()
-        cause = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
+        cause = cause_of_death(status)
         words = ""
         for name in ("start.log", "cycles.log"):
             path = self.folder / name
