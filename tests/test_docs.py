@@ -239,7 +239,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
     known = {
         "seconds for opening": (process_limits.TIME_LIMIT_S, 1),
         "private memory": (process_limits.MAXIMUM_MEMORY, gibi),
-        "a document with its includes": (limits.MAXIMUM_BYTES, mebi),
+        "a document with its includes": (limits.MAXIMUM_DOCUMENT_BYTES, mebi),
         "files that a document includes": (limits.MAXIMUM_INCLUDES, 1),
         "nesting of XML": (limits.MAXIMUM_XML_DEPTH, 1),
         "nodes that the surfaces": (limits.MAXIMUM_NODES, 1),
@@ -251,7 +251,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         "bytes of an image file": (images.MAXIMUM_FILE_BYTES, mebi),
         "images of a surface together": (document_images.MAXIMUM_HELD_BYTES, mebi),
         "textures of a shader": (document_images.MAXIMUM_TEXTURE_BYTES, mebi),
-        "layers of a stage together": (layers.MAXIMUM_BYTES, mebi),
+        "layers of a stage together": (layers.MAXIMUM_STAGE_BYTES, mebi),
         "layers of a stage": (opening.MAXIMUM_LAYERS, 1),
         "prims that a stage composes": (weighing.MAXIMUM_PRIMS, 1),
         "JSON of a glTF": (container.MAXIMUM_JSON_BYTES, mebi),

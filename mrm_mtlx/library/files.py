@@ -8,18 +8,6 @@ import stat
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES
-
-__all__ = [
-    "MAXIMUM_BYTES",
-    "MAXIMUM_INCLUDES",
-    "Reach",
-    "is_left_open",
-    "names_nothing",
-    "names_tiles",
-    "read_regular",
-]
-
 # What stands for a part of a name that is known only where the file is read: a tile, a frame, a property of geometry or
 # of the host (MaterialX specification 1.39, section "Filename Substitutions"); and what it may be. Tokens of
 # interfaces, "[name]", have been replaced in a name that is resolved.

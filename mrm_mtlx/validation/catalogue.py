@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES, MAXIMUM_NODES, MAXIMUM_XML_DEPTH
+from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES, MAXIMUM_NODES, MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.findings import Rule, Severity
 
 _ERROR, _WARNING = Severity.ERROR, Severity.WARNING
@@ -39,8 +39,8 @@ RULES: dict[str, Rule] = {
             "READ_TOO_LARGE",
             _ERROR,
             "file is too large",
-            f"The document, with what it includes, is larger than {MAXIMUM_BYTES // 2**20} MiB. A material is text of "
-            "a few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
+            f"The document, with what it includes, is larger than {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB. A material is "
+            "text of a few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
             "Split the document; textures and geometry do not belong into it.",
         ),
         Rule(

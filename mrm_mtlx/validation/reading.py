@@ -17,7 +17,8 @@ import MaterialX as mx
 
 from mrm_mtlx.interchange.formats import DOCUMENT, format_of
 from mrm_mtlx.interchange.imported import Imported, Remark, UnreadableError
-from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, read_regular
+from mrm_mtlx.library.files import read_regular
+from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 from mrm_mtlx.validation.findings import Finding, finding
 from mrm_mtlx.validation.xml_scan import Include, ReadError, Scan, scan
 
@@ -193,16 +194,16 @@ def _scanned(path: Path, reading: _Reading, *, is_document: bool) -> tuple[bytes
 
 def _count(path: Path, content: bytes, reading: _Reading) -> None:
     """Add a file to the size of all that is read."""
-    reading.size += len(content) if len(content) <= MAXIMUM_BYTES else path.stat().st_size
-    if reading.size > MAXIMUM_BYTES:
-        found = f"{reading.size / 2**20:.0f} MiB, more than the {MAXIMUM_BYTES // 2**20} MiB that are read"
+    reading.size += len(content) if len(content) <= MAXIMUM_DOCUMENT_BYTES else path.stat().st_size
+    if reading.size > MAXIMUM_DOCUMENT_BYTES:
+        found = f"{reading.size / 2**20:.0f} MiB, more than the {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB that are read"
         raise ReadError(finding("READ_TOO_LARGE", "", f"document and includes have {found}"))
 
 
 def _content(path: Path, place: str) -> bytes:
     """Bytes of a file, as many as are read and one more."""
     try:
-        content = read_regular(path, MAXIMUM_BYTES + 1)
+        content = read_regular(path, MAXIMUM_DOCUMENT_BYTES + 1)
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else "no reason given"
         raise ReadError(finding("READ_FAILED", place, f"the file cannot be opened: {reason}")) from error

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, Reach, read_regular
+from mrm_mtlx.library.files import Reach, read_regular
+from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 from mrm_mtlx.text import printable
 from mrm_mtlx.validation.checks.elements import location
 from mrm_mtlx.validation.findings import Finding, finding
@@ -114,14 +115,15 @@ class _Sources:
 
     def _text(self, path: Path) -> str:
         try:
-            content = read_regular(path, MAXIMUM_BYTES + 1)
+            content = read_regular(path, MAXIMUM_DOCUMENT_BYTES + 1)
         except OSError as error:
             raise _RefusedError("DOC_FILE", f"cannot be opened: {error.strerror}") from error
         if not content:
             raise _RefusedError("DOC_FILE", "is not a regular file" if content is None else "is empty")
         self._size += len(content)
-        if self._size > MAXIMUM_BYTES:
-            raise _RefusedError("READ_TOO_LARGE", f"makes more than {MAXIMUM_BYTES // 2**20} MiB of all sources")
+        if self._size > MAXIMUM_DOCUMENT_BYTES:
+            what = f"makes more than {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB of all sources"
+            raise _RefusedError("READ_TOO_LARGE", what)
         return content.decode("utf-8", "surrogateescape")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mrm_mtlx.limits import MAXIMUM_BYTES, MAXIMUM_INCLUDES
+from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 
 DUST = "void dust(out float x) { x = 0.5; }\n"
 INCLUDING = '<?xml version="1.0"?><materialx version="1.39"><xi:include href="parts/m.mtlx"/></materialx>'
@@ -174,7 +174,7 @@ def test_a_line_of_a_comment_is_opened_by_materialx_too(codes, dust, place, pipe
 
 def test_a_source_without_end_is_not_read(codes, dust, place):
     path = place.write("dust.glsl", DUST)
-    os.truncate(path, 2 * MAXIMUM_BYTES)
+    os.truncate(path, 2 * MAXIMUM_DOCUMENT_BYTES)
     assert_only(codes(dust('file="dust.glsl"')), "READ_TOO_LARGE", "MiB")
 
 

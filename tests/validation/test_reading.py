@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mrm_mtlx.library.files import MAXIMUM_BYTES, MAXIMUM_INCLUDES, Reach
-from mrm_mtlx.limits import MAXIMUM_XML_DEPTH
+from mrm_mtlx.library.files import Reach
+from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES, MAXIMUM_XML_DEPTH
 from mrm_mtlx.validation.reading import ReadError, read_document
 from mrm_mtlx.validation.xml_scan import scan
 
@@ -176,7 +176,7 @@ def test_a_harmless_one_beside_it_gets_none(findings, name):
 
 
 def test_a_large_file_is_not_read(findings):
-    assert_only(findings["large"], "READ_TOO_LARGE", f"100 MiB, more than the {MAXIMUM_BYTES // 2**20} MiB")
+    assert_only(findings["large"], "READ_TOO_LARGE", f"100 MiB, more than the {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB")
 
 
 @pytest.mark.parametrize("name", ["pipe", "folder", "dangling"])
@@ -330,7 +330,7 @@ def test_the_bound_on_inclusions_is_the_one_that_is_stated(library, tmp_path, co
 
 
 def test_a_document_and_its_inclusions_share_one_bound_on_their_size(library, tmp_path):
-    padding = "<!--" + " " * (MAXIMUM_BYTES // 2) + "-->"
+    padding = "<!--" + " " * (MAXIMUM_DOCUMENT_BYTES // 2) + "-->"
     (tmp_path / "part.mtlx").write_text(HEAD + METAL + padding + "</materialx>", encoding="utf-8")
     path = tmp_path / "whole.mtlx"
     path.write_bytes(including("part.mtlx"))

@@ -15,9 +15,8 @@ from mrm_mtlx.interchange.usd.weighing import MAXIMUM_DEPTH, too_deep
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Largest file of a layer; all together have a bound of their own. Geometry may lie beside the materials, so that it is
-# larger than that of documents.
-MAXIMUM_BYTES = 256 * 2**20
+# Of all files of a stage together. Geometry may lie beside the materials, so that they are larger than documents.
+MAXIMUM_STAGE_BYTES = 256 * 2**20
 
 # How files of USD begin, what such a file is called, and what is expected of an ending.
 _TEXT, _CRATE, _PACKAGE = b"#usda", b"PXR-USDC", b"PK\x03\x04"
@@ -61,7 +60,7 @@ def check_file(file: Path, place: str) -> bytes:
             head = stream.read(8)
             kind = next((kind for kind in _NAMES if head.startswith(kind)), None)
             if kind == _TEXT:
-                _refuse_depth(head + stream.read(MAXIMUM_BYTES), place)
+                _refuse_depth(head + stream.read(MAXIMUM_STAGE_BYTES), place)
             elif kind == _CRATE:
                 refuse_damaged(stream, file.name, place)
     except OSError as error:

@@ -18,7 +18,7 @@ from pxr import Ar, Sdf, Tf, Usd
 from mrm_mtlx.interchange.imported import Remark, UnreadableError
 from mrm_mtlx.interchange.usd.documents import MATERIALS, open_document
 from mrm_mtlx.interchange.usd.documents import SUFFIX as DOCUMENT_SUFFIX
-from mrm_mtlx.interchange.usd.layers import MAXIMUM_BYTES, PACKAGE_SUFFIX, SUFFIXES, check_file, open_layer
+from mrm_mtlx.interchange.usd.layers import MAXIMUM_STAGE_BYTES, PACKAGE_SUFFIX, SUFFIXES, check_file, open_layer
 from mrm_mtlx.interchange.usd.packages import Package, unpack
 from mrm_mtlx.interchange.usd.standins import StandIns
 from mrm_mtlx.interchange.usd.texts import said
@@ -238,8 +238,8 @@ class _Scan:
         if file.is_file() and file not in self._known:
             self._known.add(file)
             self._bytes += file.stat().st_size
-        if self._bytes > MAXIMUM_BYTES or len(self._layers) > MAXIMUM_LAYERS:
-            bounds = f"more than {MAXIMUM_LAYERS} layers or {MAXIMUM_BYTES // 2**20} MiB"
+        if self._bytes > MAXIMUM_STAGE_BYTES or len(self._layers) > MAXIMUM_LAYERS:
+            bounds = f"more than {MAXIMUM_LAYERS} layers or {MAXIMUM_STAGE_BYTES // 2**20} MiB"
             raise UnreadableError(Remark("READ_TOO_LARGE", place, f"the stage consists of {bounds}"))
 
     def _target(self, origin: _Origin, name: str, place: str) -> _Origin | str:

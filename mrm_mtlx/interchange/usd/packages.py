@@ -21,8 +21,8 @@ from mrm_mtlx.text import shown
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-# Of all files in a package together; and their number.
-MAXIMUM_BYTES = 256 * 2**20
+# Of all files in a package together, unpacked; and their number.
+MAXIMUM_PACKAGE_BYTES = 256 * 2**20
 MAXIMUM_FILES = 4096
 
 # Files in a package begin at multiples of this, so that they can be mapped into memory (USDZ specification).
@@ -96,9 +96,9 @@ def unpack(path: Path, folder: Path, place: str) -> Package:
 
 def _refuse_large(entries: list[zipfile.ZipInfo], place: str) -> None:
     size = sum(entry.file_size for entry in entries)
-    if size > MAXIMUM_BYTES or len(entries) > MAXIMUM_FILES:
+    if size > MAXIMUM_PACKAGE_BYTES or len(entries) > MAXIMUM_FILES:
         found = f"{len(entries)} files of {size / 2**20:.0f} MiB"
-        bounds = f"{MAXIMUM_FILES} files and {MAXIMUM_BYTES // 2**20} MiB are read"
+        bounds = f"{MAXIMUM_FILES} files and {MAXIMUM_PACKAGE_BYTES // 2**20} MiB are read"
         raise UnreadableError(Remark("READ_TOO_LARGE", place, f"the package holds {found}; {bounds}"))
 
 

@@ -182,7 +182,7 @@ def test_bounds_are_those_that_are_stated(usda, stage_of, monkeypatch):
     usda("", "b.usda", head=layered())
     path = usda("", head=layered("./b.usda"))
     size = path.stat().st_size + (path.parent / "b.usda").stat().st_size
-    for name, enough in (("MAXIMUM_LAYERS", 1), ("MAXIMUM_BYTES", size)):
+    for name, enough in (("MAXIMUM_LAYERS", 1), ("MAXIMUM_STAGE_BYTES", size)):
         with monkeypatch.context() as patch:
             patch.setattr(opening, name, enough)
             stage_of(path)
@@ -249,7 +249,7 @@ def test_a_package_is_unpacked_within_bounds(stage_of, tmp_path, monkeypatch):
     files = sorted(p.relative_to(read.reach.folder).as_posix() for p in read.reach.folder.rglob("*") if p.is_file())
     assert files == ["s.usda", "tex/a.png"]
     assert not (read.reach.folder.parent / "out.png").exists()
-    for name, enough in (("MAXIMUM_FILES", 3), ("MAXIMUM_BYTES", 101 + len(EMPTY))):
+    for name, enough in (("MAXIMUM_FILES", 3), ("MAXIMUM_PACKAGE_BYTES", 101 + len(EMPTY))):
         with monkeypatch.context() as patch:
             patch.setattr(packages, name, enough)
             stage_of(path)
