@@ -40,7 +40,8 @@ RULES: dict[str, Rule] = {
             _ERROR,
             "file is too large",
             f"The document, with what it includes, is larger than {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB. A material is "
-            "text of a few kilobytes; a file of this size is broken, or holds many materials that are better checked apart.",
+            "text of a few kilobytes; a file of this size is broken, or holds many materials that are better checked "
+            "apart.",
             "Split the document; textures and geometry do not belong into it.",
         ),
         Rule(
