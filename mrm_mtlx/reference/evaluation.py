@@ -129,7 +129,7 @@ class Evaluation:
         return value
 
     def node_value(self, node: Any, output: str, scope: Scope, light: Light) -> Value:
-        """Value of a node's output; the first one if `output` is empty."""
+        """Value of a node's output; the first one if `output` is empty, the only one whatever it is."""
         path = (scope.path, str(node.getNamePath()))
         known = self.values.find((*path, None)) or self.values.find((*path, light.mode))
         if known is None:
@@ -139,7 +139,8 @@ class Evaluation:
             self.watch("/".join(filter(None, path)).lstrip("/"), self.values.take(known))
         value = self.values.take(known)
         if isinstance(value, dict):
-            return cast("Value", value[output] if output else next(iter(value.values())))
+            named = value[output] if output and len(value) > 1 else next(iter(value.values()))
+            return cast("Value", named)
         return cast("Value", value)
 
     def _definition(self, path: tuple[str, str], node: Any) -> Any:

@@ -199,6 +199,15 @@ RULES: dict[str, Rule] = {
             "Correct the name, or convert the type with a node.",
         ),
         Rule(
+            "DOC_OUTPUT_IGNORED",
+            _WARNING,
+            "output is named of a node that has one",
+            "A connection to a node with one output has the attribute `output`. The specification has it ignored, "
+            "whatever it names (section 'Inputs'), and so do generators; MaterialX's own validation refuses the "
+            "document, and so may programs that ask it first.",
+            "Leave out the attribute `output`.",
+        ),
+        Rule(
             "DOC_UNIFORM_CONNECTED",
             _WARNING,
             "uniform input is connected to what may vary",

@@ -85,6 +85,12 @@ def test_a_document_without_fault_is_clean(judged: Callable, document_text: Call
     assert (verdict.outcome, verdict.codes) == ("clean", ())
 
 
+def test_a_name_of_the_only_output_of_a_node_is_no_refusal(judged: Callable) -> None:
+    named = '<dot name="d" type="float"><input name="in" type="float" nodename="c" output="out"/></dot>'
+    verdict = judged(".mtlx", f'<materialx version="1.39"><constant name="c" type="float"/>{named}</materialx>')
+    assert (verdict.outcome, verdict.codes) == ("clean", ("DOC_OUTPUT_IGNORED",))
+
+
 def test_an_uncaught_exception_is_seen(
     judged: Callable, document_text: Callable, monkeypatch: pytest.MonkeyPatch
 ) -> None:

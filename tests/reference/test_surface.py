@@ -570,6 +570,20 @@ def test_the_only_output_of_a_defining_graph_is_that_of_its_definition_whatever_
     assert np.all(one > 0.0)
 
 
+def test_the_only_output_of_a_node_is_meant_whatever_is_named(make_document, flat_points):
+    nodes = (
+        '<nodedef name="ND_a" node="a"><output name="made" type="color3"/></nodedef>'
+        '<nodegraph name="NG_a" nodedef="ND_a"><constant name="c" type="color3">'
+        '<input name="value" type="color3" value="0.5, 0.25, 0.125"/></constant>'
+        '<output name="made" type="color3" nodename="c" output="first"/></nodegraph><a name="x" type="color3"/>'
+    )
+    surface = '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf"/></surface>'
+    for name in ("made", "second"):
+        document = make_document(nodes + paint(f'nodename="x" output="{name}"') + surface)
+        found = shown(Surface(document.getNode("s")).response(flat_points(UP, UP)))
+        np.testing.assert_allclose(found, [0.5, 0.25, 0.125], rtol=TOL)
+
+
 # What is no finite number ---------------------------------------------------------------------------------------------
 
 ZERO = '<normalize name="zero" type="vector3"><input name="in" type="vector3" value="0, 0, 0"/></normalize>'

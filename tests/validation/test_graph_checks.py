@@ -138,8 +138,33 @@ CASES = {
         [("DOC_CONNECTION", "/metal/weight", "nothing is named 'nobody' there")],
     ),
     "a connection to an output that is not there": (
+        TWO + metal(given("ior", "color3", nodename="a", output="second")),
+        [("DOC_CONNECTION", "/metal/ior", "'a' has no output 'second'")],
+    ),
+    "a connection to a graph's output that is not there": (
+        '<nodegraph name="g"><constant name="c" type="float"/><output name="out" type="float" nodename="c"/>'
+        "</nodegraph>" + metal(given("weight", "float", nodegraph="g", output="second")),
+        [("DOC_CONNECTION", "/metal/weight", "'g' has no output 'second'")],
+    ),
+    "a connection to the only output of a node, by its name": (
+        '<constant name="c" type="float"/>' + metal(given("weight", "float", nodename="c", output="out")),
+        [("DOC_OUTPUT_IGNORED", "/metal/weight", "'c' has one output, and output 'out' is named")],
+    ),
+    "a connection to the only output of a node, by another name": (
         '<constant name="c" type="float"/>' + metal(given("weight", "float", nodename="c", output="second")),
-        [("DOC_CONNECTION", "/metal/weight", "'c' has no output 'second'")],
+        [("DOC_OUTPUT_IGNORED", "/metal/weight", "'c' has one output, and output 'second' is named")],
+    ),
+    "a graph's output that is the only one of a node, by its name": (
+        '<nodegraph name="g"><constant name="c" type="float"/>'
+        '<output name="o" type="float" nodename="c" output="out"/></nodegraph>',
+        [("DOC_OUTPUT_IGNORED", "/g/o", "'c' has one output, and output 'out' is named")],
+    ),
+    "a connection to the only output of a node, of another type": (
+        '<constant name="c" type="color3"/>' + metal(given("weight", "float", nodename="c", output="out")),
+        [
+            ("DOC_OUTPUT_IGNORED", "/metal/weight", "'c' has one output, and output 'out' is named"),
+            ("DOC_CONNECTION", "/metal/weight", "'c' gives color3, expected float"),
+        ],
     ),
     "a connection to another type": (
         '<constant name="c" type="color3"/>' + metal(given("weight", "float", nodename="c")),

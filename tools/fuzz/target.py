@@ -19,6 +19,7 @@ from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
 from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.checks.materialx import messages_of_validation
 from mrm_mtlx.validation.drawing import DocumentImages
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.findings import blocks
@@ -162,8 +163,9 @@ def _refused(path: Path, imported: Imported) -> str:
         except Exception as error:  # MaterialX throws several unrelated types
             return f"its reader: {error}"
         document.setDataLibrary(load_library().document)
-    valid, message = document.validate()
-    return "" if valid else str(message)[:300]
+    _, messages = document.validate()
+    # All but that the only output of a node is named, which the specification allows.
+    return "\n".join(f.message for f in messages_of_validation(document, messages, explained=False))[:300]
 
 
 def _more(imported: Imported, scratch: Path, rng: Random) -> None:

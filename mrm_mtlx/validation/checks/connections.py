@@ -24,6 +24,9 @@ def check_connection(port: Any) -> Iterator[Finding]:
         yield _nothing_named(named, port)
         return
     outputs = _outputs(source)
+    if names_only_output(port):
+        yield finding("DOC_OUTPUT_IGNORED", location(port), f"'{named}' has one output, and output '{output}' is named")
+        output = ""
     if output not in outputs and output:
         yield finding("DOC_CONNECTION", location(port), f"'{named}' has no output '{output}'")
     elif not output and len(outputs) > 1:
@@ -34,6 +37,12 @@ def check_connection(port: Any) -> Iterator[Finding]:
         kind = outputs[output or next(iter(outputs))] if outputs else port.getType()
         if kind != port.getType():
             yield finding("DOC_CONNECTION", location(port), f"'{named}' gives {kind}, expected {port.getType()}")
+
+
+def names_only_output(port: Any) -> bool:
+    """Whether a port names an output of a node that has one alone, by that name or another."""
+    node = port.getConnectedNode() if port.getNodeName() and port.getOutputString() else None
+    return node is not None and len(_outputs(node)) == 1
 
 
 def _nothing_named(name: str, port: Any) -> Finding:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.library.load import materialx_version
 from mrm_mtlx.text import text_lines
+from mrm_mtlx.validation.checks.connections import names_only_output
 from mrm_mtlx.validation.checks.elements import location
 from mrm_mtlx.validation.findings import Finding, finding
 
@@ -24,6 +25,8 @@ _COVERED = (
     "Mismatched types in port connection",
     "NodeGraph implementation has a different",
 )
+# Messages about outputs that are named where there is one alone, which the specification has ignored.
+_NAMED_ALONE = ("Multi-output type expected in port connection", "No output found for port connection")
 _VERSIONS = ("Future document version", "Unsupported document version")
 
 
@@ -38,7 +41,8 @@ def messages_of_validation(document: mx.Document, messages: str, *, explained: b
             yield _of_version(document)
         elif not (explained and message.startswith(_COVERED)):
             wrong = next((e for e in elements.get(f"<{found}", ()) if not e.validate()[0]), None)
-            yield finding("DOC_INVALID", "" if wrong is None else location(wrong), line.strip())
+            if wrong is None or not (message in _NAMED_ALONE and names_only_output(wrong)):
+                yield finding("DOC_INVALID", "" if wrong is None else location(wrong), line.strip())
 
 
 def _of_version(document: mx.Document) -> Finding:
