@@ -143,9 +143,7 @@ def write_image(path: Path, pixels: NDArray[Any], attributes: Mapping[str, str])
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(
-        width, height, channels, str(pixels.dtype).replace("float16", "half").replace("float32", "float")
-    )
+    spec = oiio.ImageSpec(width, height, channels, _TYPES[pixels.dtype.name])
     spec.attribute("oiio:UnassociatedAlpha", 1)  # else colours would be divided by it
     for name, value in attributes.items():
         spec.attribute(name, value)
@@ -245,14 +243,9 @@ def as_read(pixels: NDArray[Any], components: int) -> NDArray[np.floating]:
     One channel is a grey, two are a grey and its opacity, but x and y to a node of two components; what has no
     opacity is opaque. Channels that the node does not read are left out.
     """
-    channels = pixels.shape[-1]
-    if channels == 1:
-        order = [0, 0, 0]
-    elif channels == 2:
-        order = [0, 1] if components == 2 else [0, 0, 0, 1]
-    else:
-        order = list(range(min(channels, 4)))
-    chosen = as_values(pixels[..., order[:components]])
+    channels = min(pixels.shape[-1], 4)
+    order = (0, 1) if components == channels == 2 else _OF_FOUR[channels][:components]
+    chosen = as_values(pixels[..., [channel for channel in order if channel is not None]])
     if chosen.shape[-1] == components:
         return chosen
     opaque = np.ones((*pixels.shape[:-1], 1), dtype=chosen.dtype)
