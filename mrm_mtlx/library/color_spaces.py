@@ -10,6 +10,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from mrm_mtlx.library.load import definitions_for
+
 LINEAR = "lin_rec709"
 
 # Other names that MaterialX's default colour management takes (COLOR_SPACE_REMAP of DefaultColorManagementSystem.cpp,
@@ -56,8 +58,7 @@ def color_transform(document: Any, space: str) -> Any:
 
     With None the numbers are used as they are, whether or not that is meant; see `is_handled`.
     """
-    library = document.getDataLibrary() if document.hasDataLibrary() else document
-    definitions = library.getMatchingNodeDefs(f"{canonical(space)}_to_{LINEAR}")
+    definitions = definitions_for(document).getMatchingNodeDefs(f"{canonical(space)}_to_{LINEAR}")
     return next((d for d in definitions if d.getType() == "color3"), None)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import MaterialX as mx
 
@@ -45,6 +46,12 @@ class DataLibrary:
     def source_folders(self) -> tuple[Path, ...]:
         """The folders of `search_path`."""
         return tuple(Path(folder) for folder in self.search_path.asString().split(mx.PATH_LIST_SEPARATOR))
+
+
+def definitions_for(element: Any) -> Any:
+    """The document with the libraries' definitions for an element: its own document if that has no data library."""
+    document = element.getDocument()
+    return document.getDataLibrary() if document.hasDataLibrary() else document
 
 
 def load_library(origin: Origin = Origin.MRM) -> DataLibrary:

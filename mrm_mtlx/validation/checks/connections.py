@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.library.load import definitions_for
 from mrm_mtlx.library.surface_models import FLAG
-from mrm_mtlx.validation.checks.elements import is_connected, library_of, location
+from mrm_mtlx.validation.checks.elements import is_connected, location
 from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def _nothing_named(name: str, port: Any) -> Finding:
     if port.getNodeName() and document.getNodeGraph(name) is not None:
         message = f"'{name}' is a graph, but connected as a node"
         return finding("DOC_CONNECTION", location(port), message, "Name it with the attribute 'nodegraph'.")
-    if document.getChild(name) is not None and library_of(document).getChild(name) is not None:
+    if document.getChild(name) is not None and definitions_for(document).getChild(name) is not None:
         message = f"MaterialX does not find '{name}': an element of its libraries has the same name"
         return finding("DOC_CONNECTION", location(port), message, "Give the node another name.")
     return finding("DOC_CONNECTION", location(port), f"nothing is named '{name}' there")

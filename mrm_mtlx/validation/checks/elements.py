@@ -20,9 +20,3 @@ def location(element: Any) -> str:
 def is_connected(element: Any) -> bool:
     """Whether an input takes its value from elsewhere than a literal or an interface."""
     return bool(element.getNodeName() or element.getNodeGraphString() or element.getOutputString())
-
-
-def library_of(element: Any) -> Any:
-    """The document of the libraries' definitions; the element's own if it has no data library."""
-    document = element.getDocument()
-    return document.getDataLibrary() if document.hasDataLibrary() else document

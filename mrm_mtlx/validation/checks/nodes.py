@@ -6,9 +6,10 @@ import difflib
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.library.load import definitions_for
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.checks.connections import check_uniform
-from mrm_mtlx.validation.checks.elements import is_connected, library_of, location
+from mrm_mtlx.validation.checks.elements import is_connected, location
 from mrm_mtlx.validation.checks.values import check_value
 from mrm_mtlx.validation.findings import MAXIMUM_OF_A_RULE, Finding, finding
 
@@ -38,12 +39,12 @@ class Spelling:
 
     @cached_property
     def _nodes(self) -> list[str]:
-        documents = (self._document, library_of(self._document))
+        documents = (self._document, definitions_for(self._document))
         return sorted({d.getNodeString() for document in documents for d in document.getNodeDefs()})
 
     @cached_property
     def _definitions(self) -> list[str]:
-        return sorted(d.getName() for d in library_of(self._document).getNodeDefs())
+        return sorted(d.getName() for d in definitions_for(self._document).getNodeDefs())
 
 
 # Nodes that read a geometric property, and the input that names it.
