@@ -117,13 +117,7 @@ def _block(data: memoryview, size: int, name: str) -> bytearray:
         while at < end:
             token = data[at]
             at += 1
-            length = token >> 4
-            if length == 15:
-                more = 255
-                while more == 255:
-                    more = data[at]
-                    at += 1
-                    length += more
+            length, at = _length(data, at, token >> 4)
             if length > end - at:
                 msg = f"{name} is cut short"
                 raise DamagedError(msg)
@@ -131,15 +125,8 @@ def _block(data: memoryview, size: int, name: str) -> bytearray:
             at += length
             if at < end:
                 distance = data[at] | data[at + 1] << 8
-                at += 2
-                length = (token & 15) + 4
-                if length == 19:
-                    more = 255
-                    while more == 255:
-                        more = data[at]
-                        at += 1
-                        length += more
-                _repeat(found, distance, length, name)
+                length, at = _length(data, at + 2, token & 15)
+                _repeat(found, distance, length + 4, name)
             if len(found) > size:
                 msg = f"{name} unpacks to more than {size} bytes"
                 raise DamagedError(msg)
@@ -147,6 +134,16 @@ def _block(data: memoryview, size: int, name: str) -> bytearray:
         msg = f"{name} is cut short"
         raise DamagedError(msg) from None
     return found
+
+
+def _length(data: memoryview, at: int, length: int) -> tuple[int, int]:
+    """A length of four bits, which 15 lets go on in the bytes from `at` on; and where they end."""
+    more = 255 if length == 15 else 0
+    while more == 255:
+        more = data[at]
+        at += 1
+        length += more
+    return length, at
 
 
 def _repeat(found: bytearray, distance: int, length: int, name: str) -> None:

@@ -18,9 +18,7 @@ from mrm_mtlx.interchange.usd.crate_packing import LZ4_PER_BYTE, Cursor, Damaged
 from mrm_mtlx.interchange.usd.crate_values import refuse_oversized
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Words = NDArray[np.int64]
+    from mrm_mtlx.interchange.usd.crate_packing import Words
 
 # Identifier, version, offset of the table of contents; a section of it: name, start and size.
 _BOOTSTRAP, _SECTION = struct.Struct("<8s3B5xq64x"), struct.Struct("<16sqq")

@@ -145,7 +145,7 @@ class Network:
         for name, output in terminals(self._material).items():
             given_name, category = TERMINALS[name]
             if category not in made:
-                made[category] = self._document.addNode(category, self._free(prim.GetName()), "material")
+                made[category] = self._document.addNode(category, self._into.free(prim.GetName()), "material")
                 self._document_text(prim, made[category])
                 self._note(made[category], prim.GetPath())
             source = self._source(output.GetAttr(), None)
@@ -174,9 +174,6 @@ class Network:
     def _remark(self, code: str, path: Sdf.Path, message: str, hint: str = "") -> None:
         self._into.remarks.append(Remark(code, self._place(path), message, hint))
 
-    def _free(self, name: str, parent: Any = None) -> str:
-        return self._into.free(name, parent)
-
     def _home(self, prim: Usd.Prim) -> Sdf.Path | None:
         """The graph in which a shader stands in the document, None for the document itself."""
         path = prim.GetPath().GetParentPath()
@@ -184,7 +181,7 @@ class Network:
 
     def _graph(self, path: Sdf.Path) -> Any:
         if self._graphs[path] is None:
-            graph = self._document.addNodeGraph(self._free(path.name))
+            graph = self._document.addNodeGraph(self._into.free(path.name))
             self._graphs[path] = graph
             self._document_text(self._stage.GetPrimAtPath(path), graph)
             self._note(graph, path)
@@ -201,7 +198,7 @@ class Network:
         parent = self._document if home is None else self._graph(home)
         category = str(definition.getNodeString()) if definition is not None else identifier or "unknown"
         kind = str(definition.getType()) if definition is not None else expected or "float"
-        node = parent.addNode(_valid(category), self._free(prim.GetName(), parent), kind)
+        node = parent.addNode(_valid(category), self._into.free(prim.GetName(), parent), kind)
         self._document_text(prim, node)
         self._note(node, path)
         self._nodes[path] = (node, definition)
@@ -326,7 +323,7 @@ class Network:
         """Name of a graph's input. In USD, a shader of the graph may have the same name as the input."""
         path = attribute.GetPath()
         if path not in self._names:
-            self._names[path] = self._free(name, graph)
+            self._names[path] = self._into.free(name, graph)
             self._input(graph, attribute, self._names[path], kind, None)
             if graph.getInput(self._names[path]) is None:  # it has no value; inputs that name it need it all the same
                 self._note(graph.addInput(self._names[path], kind), path)
@@ -337,7 +334,7 @@ class Network:
         path = asked.attribute.GetPath()
         if path in self._names:
             return self._names[path]
-        name = self._names[path] = self._free(asked.name, graph)
+        name = self._names[path] = self._into.free(asked.name, graph)
         output = graph.addOutput(name, kind)
         self._note(output, path)
         source = self._source(asked.attribute, asked.prim.GetPath())

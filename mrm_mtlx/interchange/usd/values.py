@@ -43,8 +43,8 @@ _VECTORS = {"float2": Gf.Vec2f, "float3": Gf.Vec3f, "float4": Gf.Vec4f, "color3f
 # Types that MaterialX converts colours of, and images.
 COLORED = ("color3", "color4", "filename")
 
-# Names of colour spaces beyond those of USD's own vocabulary (Gf.ColorSpaceNames) that MaterialX takes: of USD's
-# vocabulary, and of texture settings in use.
+# Names of colour spaces that MaterialX does not take: of USD's own vocabulary (Gf.ColorSpaceNames), and of texture
+# settings in use.
 _COLOR_SPACES = {
     "sRGB": "srgb_texture",
     "raw": "none",
