@@ -74,8 +74,12 @@ def add_lost(path: Path, step: Step, reason: str, *, timed_out: bool) -> None:
     OSError
         If it cannot be written.
     """
+    _append(path, "lost", step, lost_finding(step, reason, timed_out=timed_out))
+
+
+def _append(path: Path, kind: str, step: Step, value: Any) -> None:
     with path.open("ab") as stream:
-        stream.write(pickle.dumps(("lost", step, lost_finding(step, reason, timed_out=timed_out))))
+        stream.write(pickle.dumps((kind, step, value)))
 
 
 def lost_finding(step: Step, reason: str, *, timed_out: bool) -> Finding:
@@ -138,8 +142,8 @@ class Steps:
     def _add(self, kind: str, step: Step, value: Any) -> None:
         assert self._path is not None
         # Without the record (a full disk) a death costs more, and nothing else changes.
-        with contextlib.suppress(OSError), self._path.open("ab") as stream:
-            stream.write(pickle.dumps((kind, step, value)))
+        with contextlib.suppress(OSError):
+            _append(self._path, kind, step, value)
 
 
 def error_reason(error: BaseException) -> str:
