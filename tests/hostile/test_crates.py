@@ -14,7 +14,7 @@ import pytest
 from pxr import Gf, Sdf, Vt
 
 from mrm_mtlx.interchange.imported import UnreadableError
-from mrm_mtlx.interchange.usd import crate_values, layers, read
+from mrm_mtlx.interchange.usd import crate_packing, crate_values, layers, read
 from mrm_mtlx.interchange.usd.crate_packing import summed, unpacked
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.reading import read_reference
@@ -148,10 +148,21 @@ def test_paths_that_meet_again_and_again_are_refused(crate, refused):
     assert "section PATHS is no tree" in refused(replaced(crate(), "PATHS", section))
 
 
-@pytest.mark.parametrize("jumps", [[-1, 0], [-2, -2], [2, -2], [5, -2], [-1, -7]], ids=str)
+@pytest.mark.parametrize("jumps", [[-1, 0], [-2, -2], [2, -2], [5, -2], [-1, -7], [4, 3, -2, -2, -2]], ids=str)
 def test_paths_that_lead_nowhere_are_refused(crate, refused, jumps):
-    tree = b"".join(integers(values) for values in (range(2), [0, 0], jumps))
-    assert "section PATHS is no tree" in refused(replaced(crate(), "PATHS", struct.pack("<QQ", 2, 2) + tree))
+    count = len(jumps)
+    tree = b"".join(integers(values) for values in (range(count), [0] * count, jumps))
+    assert "section PATHS is no tree" in refused(replaced(crate(), "PATHS", struct.pack("<QQ", count, count) + tree))
+
+
+def test_a_path_that_stands_in_two_places_is_refused(crate, refused):
+    tree = b"".join(integers(values) for values in ([0, 0], [0, 0], [-1, -2]))
+    assert "names 2 paths, not each once, of 2" in refused(replaced(crate(), "PATHS", struct.pack("<QQ", 2, 2) + tree))
+
+
+def test_more_entries_than_are_unpacked_at_once_are_refused(crate, refused, monkeypatch):
+    monkeypatch.setattr(crate_packing, "MAXIMUM_ENTRIES", 1)
+    assert "entries; 1 are read" in refused(crate())
 
 
 def values_of(data):

@@ -128,6 +128,14 @@ def test_steps_to_the_parent_of_a_link_lead_where_materialx_goes(codes, dust, pl
     assert_only(codes(dust('file="deep/../../outside/secret.glsl"')), "READ_OUTSIDE", "lies outside")
 
 
+def test_steps_to_the_parent_of_a_link_lead_where_the_system_goes_too(codes, dust, place, link):
+    """MaterialX looks whether the file is there by following the link, before it opens another one."""
+    place.write("dust.glsl", DUST)
+    link(place.folder / "deep", place.secrets[".glsl"].parent)
+    (place.secrets[".glsl"].parent.parent / "dust.glsl").write_text(DUST, encoding="utf-8")
+    assert_only(codes(dust('file="deep/../dust.glsl"')), "READ_OUTSIDE", "lies outside")
+
+
 def test_a_tokens_text_does_not_hide_a_pipe(codes, dust, place, pipe):
     place.write("dust.glsl", '#include "$fileTransformUv"\n' + DUST)
     place.write("$fileTransformUv", "// harmless\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import secrets
 import stat
@@ -270,6 +271,49 @@ def test_a_failure_takes_folders_away_that_were_made(project, library, tmp_path)
     with full_after(5000), pytest.raises(OSError, match="File too large"):
         write_to(project, out / "X.usda", library)
     assert contents(out) == {}
+
+
+def test_a_failure_at_the_last_file_takes_folders_away_that_were_made(tmp_path, monkeypatch):
+    sync, calls = os.fsync, []
+
+    def full(descriptor: int) -> None:
+        calls.append(descriptor)
+        if len(calls) == 2:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full)
+
+    def write() -> None:
+        with FileSet(tmp_path) as files:
+            files.beside(tmp_path / "made" / "inside" / "a").write_text("new", encoding="utf-8")
+            files.named(tmp_path / "b").write_text("new", encoding="utf-8")
+
+    with pytest.raises(OSError, match="No space left"):
+        write()
+    assert contents(tmp_path) == {}
+
+
+def test_what_names_the_other_files_is_written_last(tmp_path, monkeypatch):
+    moved, replace = [], type(tmp_path).replace
+
+    def noted(path: Path, target: Path) -> Path:
+        moved.append(target.name)
+        return replace(path, target)
+
+    monkeypatch.setattr(type(tmp_path), "replace", noted)
+    with FileSet(tmp_path) as files:
+        files.named(tmp_path / "a.gltf").write_text("new", encoding="utf-8")
+        files.beside(tmp_path / "a.bin").write_text("new", encoding="utf-8")
+    assert moved == ["a.bin", "a.gltf"]
+
+
+def test_a_writer_that_writes_nothing_does_not_replace_a_file_by_an_empty_one(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("as it was", encoding="utf-8")
+    with pytest.raises(FileNotFoundError, match="nothing was written"), replacing(path):
+        pass
+    assert contents(tmp_path) == {"a.txt": b"as it was"}
 
 
 def test_an_interrupt_between_two_files_loses_neither(tmp_path, monkeypatch):

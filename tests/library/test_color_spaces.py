@@ -57,6 +57,13 @@ def test_a_name_of_opencolorio_leads_to_the_space_that_materialx_has(library, sp
     assert is_handled(library.document, space) == is_linear(name)
 
 
+@pytest.mark.parametrize("space", ["", "none", "lin_rec709", "lin_rec709_scene"])
+def test_numbers_in_the_space_of_the_generators_are_used_as_they_are(library, space):
+    assert is_linear(space)
+    assert is_handled(library.document, space)
+    assert color_transform(library.document, space) is None
+
+
 @pytest.mark.parametrize(("space", "known"), [("ACES2065-1", True), ("Linear Rec.2020", True), ("unheard_of", False)])
 def test_a_space_that_materialx_lacks_has_no_equivalent(library, space, known):
     assert bool(in_opencolorio(space)) == known

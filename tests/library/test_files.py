@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import pickle
+from pathlib import Path
 
 import pytest
 
-from mrm_mtlx.library.files import Reach
+from mrm_mtlx.library.files import Reach, read_regular
 
 
 @pytest.fixture
@@ -86,6 +87,20 @@ def test_only_regular_files_are_opened(reach):
     if hasattr(os, "mkfifo"):
         os.mkfifo(reach.folder / "pipe.png")
         assert reach.regular("pipe.png") is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_that_takes_the_place_of_a_file_while_it_is_opened_is_not_read(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "a.txt")
+    monkeypatch.setattr(Path, "is_file", lambda _path: True)
+    assert read_regular(tmp_path / "a.txt", 9) is None
+
+
+def test_tiles_are_not_looked_for_in_folders_outside(reach):
+    (reach.folder / "parts" / "a.1001.png").touch()
+    (reach.folder / "leads_out").symlink_to(reach.folder.parent / "elsewhere")
+    (reach.folder.parent / "elsewhere" / "a.1001.png").touch()
+    assert reach.members("<part>/a.<UDIM>.png") == [reach.folder / "parts" / "a.1001.png"]
 
 
 def test_a_file_has_its_place_in_the_folder_that_holds_it(reach):

@@ -206,3 +206,10 @@ def test_a_document_with_nothing_to_mend_is_not_drawn_again(make_document, libra
     document = make_document('<noise2d name="n" type="float"/><output name="o" type="float" nodename="n"/>')
     element = document.getOutput("o")
     assert list(mended_shaders(element, library, generate(element, "glsl", library))) == []
+
+
+def test_a_deviation_of_the_source_is_mended_in_a_mended_document_too(make_document, library):
+    document = make_document(TWO_GRAPHS + SUM + NODE)
+    (element,) = renderable_elements(document)
+    tried = [names for names, _ in mended_shaders(element, library, generate(element, "essl", library))]
+    assert {NAMES, Deviation.LOWP_SAMPLERS} in tried

@@ -9,8 +9,10 @@ import pytest
 
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.validation.checks.cycles import MAXIMUM_CHAIN
+from mrm_mtlx.validation.checks.nodes import Spelling
 from mrm_mtlx.validation.checks.scope import nothing_to_render
 from mrm_mtlx.validation.file_checks import check_files
+from mrm_mtlx.validation.findings import MAXIMUM_OF_A_RULE
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.retro_checks import check_retroreflection
 
@@ -811,3 +813,9 @@ def test_a_strange_document_gets_a_finding_and_not_a_crash(verdicts, name):
         assert codes & expected
     else:
         assert codes == set()
+
+
+def test_of_very_many_wrong_names_the_first_alone_are_compared_with_those_that_there_are(library):
+    spelling = Spelling(library.document)
+    said = [spelling.of("imagee", ["image"]) for _ in range(MAXIMUM_OF_A_RULE + 1)]
+    assert said == ["; did you mean 'image'?"] * MAXIMUM_OF_A_RULE + [""]

@@ -48,6 +48,15 @@ def test_nothing_is_under_way_between_steps(record):
     assert read_record(record).begun is None
 
 
+def test_each_step_has_its_time(record, monkeypatch):
+    limits: list[float] = []
+    monkeypatch.setattr(process_limits, "limit_time", limits.append)
+    steps = Steps(record, 7.0)
+    steps.run(GLSL, lambda: limits.append(0.0), said)
+    steps.run(ESSL, lambda: 1, said)
+    assert limits == [7.0, 0.0, 7.0]
+
+
 def test_an_error_in_a_step_loses_that_step_alone(record):
     def fail():
         raise KeyError("x")
