@@ -11,6 +11,7 @@ from MaterialX import PyMaterialXGenShader as mx_gen
 
 from mrm_mtlx.library.console import silenced
 from mrm_mtlx.shadergen.coverage import without_code
+from mrm_mtlx.shadergen.names import shader_name
 from mrm_mtlx.shadergen.targets import TARGETS, Target
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
     target = TARGETS[target_name]
     generator = target.create()
     context = _context(generator, target, library, element.getDocument())
-    name = str(mx.createValidName(element.getName()))
+    name = shader_name(element.getName(), target_name)
     try:
         with silenced():  # generators print warnings; what matters of them is a finding of validation
             shader = generator.generate(name, element, context)

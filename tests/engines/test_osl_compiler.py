@@ -13,6 +13,7 @@ import pytest
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.osl import compiler, process
 from mrm_mtlx.engines.osl.compiler import parse_log
+from mrm_mtlx.shadergen import generate, renderable_elements
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -67,6 +68,14 @@ def test_a_compiled_shader_stays_as_it_is_when_another_of_its_name_is_compiled(c
     second = osl.compile_for_cycles(emitting.format(2.0), "same")
     assert first != second
     assert first.read_bytes() == kept != second.read_bytes()
+
+
+@pytest.mark.parametrize("name", ["float", "varying", "displacementshader"])
+def test_a_generated_shader_of_an_element_that_is_named_as_a_word_of_osl_compiles(cycles, make_document, library, name):
+    document = make_document(f'<dot name="d" type="float"/><output name="{name}" type="float" nodename="d"/>')
+    (element,) = renderable_elements(document)
+    made = generate(element, "osl", library)
+    osl.check(made.sources["pixel"], made.name)
 
 
 # Lines of a body, and what is said of the one that names `missing`.

@@ -246,3 +246,26 @@ def test_a_type_that_the_document_defines_is_known(make_document, library, targe
     shader = generate(document.getOutput("o"), target, library)
     assert "struct pair" in shader.sources["pixel"]
     assert {p.variable: p.value for p in shader.uniforms}["n_in"] == "{0.25;0.75}"
+
+
+@pytest.mark.parametrize(
+    ("target", "name", "expected"),
+    [
+        ("osl", "float", "float1"),
+        ("osl", "BSDF", "BSDF1"),
+        ("osl", "__LINE__", "__LINE__1"),
+        ("osl", "material", "material"),
+        ("mdl", "material", "material1"),
+        ("mdl", "float3x3", "float3x31"),
+        ("mdl", "float5", "float5"),
+        ("glsl", "float", "float"),
+    ],
+)
+def test_a_shader_is_not_named_as_a_word_of_its_language(make_document, library, target, name, expected):
+    graph = f'<nodegraph name="g"><noise2d name="n" type="float"/><output name="{name}" type="float" nodename="n"/>'
+    document = make_document(f"{graph}</nodegraph>")
+    (element,) = renderable_elements(document)
+    made = generate(element, target, library)
+    assert made.name == expected
+    if target != "glsl":
+        assert re.search(rf"\b(shader|material) {expected}\b", made.sources["pixel"])
