@@ -10,7 +10,7 @@ import MaterialX as mx
 from MaterialX import PyMaterialXGenShader as mx_gen
 
 from mrm_mtlx.library.console import silenced
-from mrm_mtlx.shadergen.coverage import without_code
+from mrm_mtlx.shadergen.coverage import of_two_transforms, without_code
 from mrm_mtlx.shadergen.names import shader_name
 from mrm_mtlx.shadergen.targets import TARGETS, Target
 
@@ -100,6 +100,10 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
     target = TARGETS[target_name]
     generator = target.create()
     context = _context(generator, target, library, element.getDocument())
+    dying = of_two_transforms(element, generator.getTarget())
+    if dying:
+        msg = f"MaterialX dies of two files in a colour space on one node; transform what '{dying}' gives instead"
+        raise GenerationError(msg)
     name = shader_name(element.getName(), target_name)
     try:
         with silenced():  # generators print warnings; what matters of them is a finding of validation

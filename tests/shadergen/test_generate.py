@@ -269,3 +269,45 @@ def test_a_shader_is_not_named_as_a_word_of_its_language(make_document, library,
     assert made.name == expected
     if target != "glsl":
         assert re.search(rf"\b(shader|material) {expected}\b", made.sources["pixel"])
+
+
+def planar(space_of_x: str, space_of_y: str, kind: str = "color3", given: str = 'value="a.png"') -> str:
+    files = f'<input name="filex" type="filename" {given} {space_of_x}/>'
+    files += f'<input name="filey" type="filename" {given} {space_of_y}/>'
+    node = f'<triplanarprojection name="t" type="{kind}">{files}</triplanarprojection>'
+    return f'<nodegraph name="g"><input name="f" type="filename"/>{node}<output name="o" type="{kind}" nodename="t"/>'
+
+
+SRGB, ACESCG = 'colorspace="srgb_texture"', 'colorspace="acescg"'
+
+
+@pytest.mark.parametrize(
+    "graph",
+    [
+        planar(SRGB, SRGB),
+        planar(SRGB, ACESCG),
+        planar(SRGB, SRGB, given='interfacename="f"'),
+        planar("", "").replace("<nodegraph", f"<nodegraph {ACESCG}"),
+    ],
+)
+def test_two_files_in_a_colour_space_on_one_node_are_refused_before_materialx_dies(make_document, library, graph):
+    document = make_document(f"{graph}</nodegraph>")
+    (element,) = renderable_elements(document)
+    with pytest.raises(GenerationError, match="two files in a colour space on one node; transform what 'g/t' gives"):
+        generate(element, "glsl", library)
+
+
+@pytest.mark.parametrize(
+    "graph",
+    [
+        planar(SRGB, ""),
+        planar(SRGB, 'colorspace="lin_rec709"'),
+        planar(SRGB, SRGB, kind="float"),
+        planar(SRGB, SRGB, given=""),
+        planar(SRGB, SRGB).replace('nodename="t"', 'nodename="c"') + '<constant name="c" type="color3"/>',
+    ],
+)
+def test_one_transform_behind_a_node_is_generated(make_document, library, graph):
+    document = make_document(f"{graph}</nodegraph>")
+    (element,) = renderable_elements(document)
+    assert generate(element, "glsl", library).sources["pixel"]
