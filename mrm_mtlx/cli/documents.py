@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.interchange.imported import Imported
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
-    from mrm_mtlx.validation.drawing import DocumentImages
+    from mrm_mtlx.validation.drawing import CheckedImages
     from mrm_mtlx.validation.findings import Finding
 
 
@@ -108,7 +108,7 @@ class OpenSurface(NamedTuple):
 
     name: str
     surface: Surface
-    images: DocumentImages
+    images: CheckedImages
 
     def refuse_missing_images(self) -> None:
         """Raise typer.Exit with status 1, and the findings on stderr, if an image could not be read."""
@@ -128,13 +128,13 @@ def open_surfaces(path: Path, element: str | None, roots: list[Path] | None = No
     """
     from mrm_mtlx.library import load_library
     from mrm_mtlx.reference import Surface, UnsupportedError
-    from mrm_mtlx.validation.drawing import DocumentImages
+    from mrm_mtlx.validation.drawing import CheckedImages
 
     found = []
     opened = open_document(path, load_library(), element, roots)
     for renderable in opened.elements:
         name = renderable.getNamePath()
-        images = DocumentImages(opened.imported.reach, f"/{name}")
+        images = CheckedImages(opened.imported.reach, f"/{name}")
         try:
             found.append(OpenSurface(name, Surface(renderable, images=images), images))
         except (UnsupportedError, RecursionError) as error:

@@ -18,7 +18,7 @@ from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, retroreflecting_nodes
-from mrm_mtlx.validation.retro_sweep import dissolved
+from mrm_mtlx.validation.retro_sweep import flattened
 from mrm_mtlx.validation.steps import READING, Step, Steps
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def _sweep(request: Request, document: Any, result: DocumentResult, steps: Steps
 
     def flatten() -> Any:
         try:
-            return dissolved(document)
+            return flattened(document)
         except ValueError as error:
             code = "DOC_TOO_LARGE" if isinstance(error, TooManyNodesError) else "SHADER_GENERATE"
             return refused(finding(code, "", f"the graphs cannot be flattened: {error}"))

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines import gl
-from mrm_mtlx.library import document_images
-from mrm_mtlx.library.document_images import ImagesTooLargeError
+from mrm_mtlx.library.document_images import DocumentImages, ImagesTooLargeError
 from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.file_checks import check_image
 from mrm_mtlx.validation.findings import finding
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 GL_TARGETS = ("glsl", "essl")
 
 
-class DocumentImages(document_images.DocumentImages):
+class CheckedImages(DocumentImages):
     """The images of a document, with a finding for each that cannot be read, is missing or lies outside.
 
     The check of the document's files finds most of the latter before, with their places; here is all that is asked for,
@@ -69,7 +68,7 @@ class DocumentImages(document_images.DocumentImages):
 
 def check_draws(
     shader: Shader,
-    images: DocumentImages,
+    images: CheckedImages,
     expectations: Mapping[str, tuple[Expectation, Mapping[str, Any]]],
     place: str,
     mended: Mended = mended_sources,
@@ -112,7 +111,7 @@ def check_draws(
 
 def _check(
     shader: Shader,
-    images: DocumentImages,
+    images: CheckedImages,
     expectation: Expectation,
     uniforms: Mapping[str, Any],
     found: tuple[NDArray[np.float32], ...],
@@ -141,7 +140,7 @@ def _check(
 def _explained(
     verdict: Verdict,
     mended: Iterable[tuple[frozenset[Deviation], Shader]],
-    images: DocumentImages,
+    images: CheckedImages,
     expectation: Expectation,
     uniforms: Mapping[str, Any],
 ) -> Verdict:

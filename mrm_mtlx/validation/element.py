@@ -14,7 +14,7 @@ from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.validation.checks.elements import location
 from mrm_mtlx.validation.compiling import check_compiles
-from mrm_mtlx.validation.drawing import GL_TARGETS, DocumentImages, check_draws, judged
+from mrm_mtlx.validation.drawing import GL_TARGETS, CheckedImages, check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.findings import finding
@@ -59,7 +59,7 @@ class ElementCheck:
         self._flags = flags
         self._steps = steps
         self._place = location(element)
-        self._images = DocumentImages(request.reach, self._place)
+        self._images = CheckedImages(request.reach, self._place)
         self._library = load_library(request.origin)
         self._rng = sampling.generator(request.seed, renderable.name)
         self._findings: list[Finding] = []
@@ -162,7 +162,7 @@ class ElementSweep:
         self._steps = steps
         self._name = str(element.getNamePath())
         self._place = location(element)
-        self._images = DocumentImages(request.reach, self._place)
+        self._images = CheckedImages(request.reach, self._place)
         self._variants = variants(element)
 
     def run(self) -> tuple[list[RenderableResult], list[Finding]]:

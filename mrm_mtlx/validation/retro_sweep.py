@@ -1,7 +1,7 @@
 """The retroreflective sweep: a document's specular nodes, one at a time, with the flag switched on.
 
 Real documents seldom have the flag. Switched on in each of their lobes in turn, it meets every layer, mixture and
-throughput that they are made of. It is done on a copy whose graphs are dissolved, so that the nodes inside of surface
+throughput that they are made of. It is done on a copy whose graphs are flattened, so that the nodes inside of surface
 models are nodes of the copy, and the flag of each is a uniform of one shader.
 """
 
@@ -31,7 +31,7 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """Path of the node in the dissolved copy."""
+        """Path of the node in the flattened copy."""
         return str(self.node.getNamePath())
 
     def switched(self) -> mx.Document:
@@ -49,7 +49,7 @@ class Variant:
         return next((port.variable for port in shader.uniforms if port.path == path), None)
 
 
-def dissolved(document: mx.Document) -> mx.Document:
+def flattened(document: mx.Document) -> mx.Document:
     """A copy in which every node that a graph defines is replaced by the nodes of that graph.
 
     Raises

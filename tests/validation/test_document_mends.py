@@ -12,7 +12,7 @@ from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.document_mends import MENDS
-from mrm_mtlx.validation.drawing import DocumentImages, check_draws
+from mrm_mtlx.validation.drawing import CheckedImages, check_draws
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.mending import mended_shaders
 from mrm_mtlx.validation.sampling import generator
@@ -139,7 +139,7 @@ def images(tmp_path):
         image = oiio.ImageBuf(oiio.ImageSpec(4, 2, 3, oiio.FLOAT))
         assert image.set_pixels(oiio.ROI(), np.full((2, 4, 3), value, dtype=np.float32))
         assert image.write(str(tmp_path / f"{name}.exr"))
-    return DocumentImages(Reach.only(tmp_path), "")
+    return CheckedImages(Reach.only(tmp_path), "")
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.images import read_stored
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.drawing import DocumentImages
+from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.file_checks import check_files
 
 
@@ -170,7 +170,7 @@ def test_what_a_shader_asks_for_is_looked_at_too(make_document, library, folder,
         ("../elsewhere/secret.ppm", "READ_OUTSIDE"),
     ):
         document = make_document(put(elements, name))
-        images = DocumentImages(Reach.only(folder), "/m")
+        images = CheckedImages(Reach.only(folder), "/m")
         read = images.of(generate(document.getNode("m"), "glsl", library))
         assert [(f.code, f.location) for f in images.findings] == ([] if code is None else [(code, "/m")])
         assert len(read) == (1 if code is None else 0)
@@ -182,7 +182,7 @@ def test_a_set_is_drawn_with_its_first_tile(gl, check, tmp_path, picture):
     path.write_text(f'<?xml version="1.0"?>\n<materialx version="1.39">{body}</materialx>', encoding="utf-8")
     (tmp_path / "a.1001.ppm").write_bytes(picture)
     (tmp_path / "a.1002.ppm").write_bytes(picture.replace(b"\xff\xcc\x00", b"\x00\x00\x00"))
-    images = DocumentImages(Reach.beside(path), "/m")
+    images = CheckedImages(Reach.beside(path), "/m")
     assert images("a.<UDIM>.ppm").tolist() == read_stored(tmp_path / "a.1001.ppm").tolist()
     (result,) = check(path)
     assert (result.findings, result.renderables[0].targets["glsl"].status) == ([], "pass")

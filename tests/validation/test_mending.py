@@ -10,7 +10,7 @@ import pytest
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.drawing import DocumentImages, check_draws
+from mrm_mtlx.validation.drawing import CheckedImages, check_draws
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.sampling import generator
@@ -45,7 +45,7 @@ def images(tmp_path):
     image = oiio.ImageBuf(oiio.ImageSpec(5, 3, 3, oiio.FLOAT))
     assert image.set_pixels(oiio.ROI(), pixels)
     assert image.write(str(tmp_path / "flat.exr"))
-    return DocumentImages(Reach.only(tmp_path), "")
+    return CheckedImages(Reach.only(tmp_path), "")
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ import pytest
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.drawing import DocumentImages, check_draws
+from mrm_mtlx.validation.drawing import CheckedImages, check_draws
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.sampling import generator
 
@@ -111,7 +111,7 @@ def passing(
                 node.setInputValue("opacity", opacity, "color3")
         documents.append(document)
     for true, drawn in zip(*map(renderable_elements, documents), strict=True):
-        images = DocumentImages(Reach.beside(path), "")
+        images = CheckedImages(Reach.beside(path), "")
         expectation = Expectation(true, generator(0, true.getName()), SAMPLES, images)
         assert not expectation.reason
         shader = generate(drawn, target, drawn_library)

@@ -10,7 +10,7 @@ from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.element import ElementSweep
 from mrm_mtlx.validation.request import Request
-from mrm_mtlx.validation.retro_sweep import dissolved, variants
+from mrm_mtlx.validation.retro_sweep import flattened, variants
 from mrm_mtlx.validation.steps import Steps
 
 COATED = """
@@ -58,7 +58,7 @@ def names(document: mx.Document) -> list[str]:
 
 def test_nodes_whose_flag_is_on_and_nodes_that_nothing_uses_are_left_alone(make_document):
     document = make_document(COATED)
-    copy = dissolved(document)
+    copy = flattened(document)
     assert names(copy) == ["g/coat"]
 
 
@@ -71,13 +71,13 @@ def test_a_flag_that_is_connected_is_left_alone(make_document):
             '<conductor_bsdf name="metal"', '<constant name="flag" type="boolean"/><conductor_bsdf name="metal"'
         )
     )
-    assert names(dissolved(document)) == []
+    assert names(flattened(document)) == []
 
 
 def test_the_nodes_inside_a_surface_model_are_found_and_the_document_stays_as_it_is(make_document, library):
     document = make_document(MODEL)
     before = mx.writeToXmlString(document)
-    copy = dissolved(document)
+    copy = flattened(document)
     assert names(copy) == ["transmission_bsdf", "specular_bsdf", "metal_bsdf", "coat_bsdf"]
     assert mx.writeToXmlString(document) == before
     shader = generate(renderable_elements(copy)[0], "glsl", library)
@@ -87,7 +87,7 @@ def test_the_nodes_inside_a_surface_model_are_found_and_the_document_stays_as_it
 
 @pytest.mark.parametrize("text", [COATED, MODEL])
 def test_every_variant_compares_and_shows_the_flag(gl, make_document, request_for, text):
-    copy = dissolved(make_document(text))
+    copy = flattened(make_document(text))
     expected = names(copy)
     results, findings = ElementSweep(request_for, renderable_elements(copy)[0], Steps()).run()
     assert findings == []
@@ -112,7 +112,7 @@ def test_an_error_that_shows_with_the_flag_alone_is_seen(
 ):
     wrong, _ = changed_library("genglsl/lib/mrm_retroreflection.glsl", old, new)
     monkeypatch.setattr(element_module, "load_library", lambda _origin: wrong)
-    copy = dissolved(make_document(MODEL, wrong))
+    copy = flattened(make_document(MODEL, wrong))
     results, findings = ElementSweep(request_for, renderable_elements(copy)[0], Steps()).run()
     failed = [r.name.split()[-1] for r in results if r.targets["glsl"].status == "fail"]
     assert "coat_bsdf" in failed

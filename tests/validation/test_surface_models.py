@@ -21,10 +21,10 @@ from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.osl_light import compare_in_osl, sun_points
 from mrm_mtlx.validation.retro_checks import UNSEEN, check_retroreflection, is_retroreflective, retroreflecting_nodes
-from mrm_mtlx.validation.retro_sweep import dissolved, variants
+from mrm_mtlx.validation.retro_sweep import flattened, variants
 
 OPEN_PBR, STANDARD, GLTF = SURFACE_MODELS
-# What the base's specular lobes are called in the graphs of MaterialX 1.39.5, dissolved: the statement that the models
+# What the base's specular lobes are called in the graphs of MaterialX 1.39.5, flattened: the statement that the models
 # are held to.
 BASE = {
     OPEN_PBR: ("dielectric_reflection", "dielectric_reflection_tf", "metal_bsdf", "metal_bsdf_tf"),
@@ -79,8 +79,8 @@ def document_of(model, values, library, amount=None):
 
 
 def flagged(model, values, library):
-    """The unmodified model, dissolved, with the flag on in the lobes of its base."""
-    document = dissolved(document_of(model, values, library))
+    """The unmodified model, flattened, with the flag on in the lobes of its base."""
+    document = flattened(document_of(model, values, library))
     for name in BASE[model]:
         document.getNode(name).setInputValue("retroreflective", True)
     return document
@@ -242,7 +242,7 @@ def test_the_ordinary_copy_of_a_document_has_an_amount_of_0(rng, library):
 
 
 def test_the_sweep_leaves_out_the_lobes_that_are_retroreflective_in_part(rng, library):
-    copy = dissolved(document_of(STANDARD, parameters(rng, STANDARD, library), library, BETWEEN))
+    copy = flattened(document_of(STANDARD, parameters(rng, STANDARD, library), library, BETWEEN))
     assert [variant.name for variant in variants(copy.getNode("m"))] == ["transmission_bsdf", "coat_bsdf"]
 
 

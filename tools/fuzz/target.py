@@ -20,13 +20,13 @@ from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.checks.materialx import messages_of_validation
-from mrm_mtlx.validation.drawing import DocumentImages
+from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.findings import blocks
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.reading import ReadError, read_document
 from mrm_mtlx.validation.retro_checks import check_retroreflection
-from mrm_mtlx.validation.retro_sweep import dissolved
+from mrm_mtlx.validation.retro_sweep import flattened
 
 if TYPE_CHECKING:
     from random import Random
@@ -172,7 +172,7 @@ def _more(imported: Imported, scratch: Path, rng: Random) -> None:
     """What other commands do with a document that is valid; exceptions of theirs that mean a message are expected."""
     if rng.randrange(_DISSOLVED) == 0:
         with contextlib.suppress(ValueError):
-            dissolved(imported.document)
+            flattened(imported.document)
     if rng.randrange(_CONVERTED) == 0:
         _convert(imported, scratch / f"w{rng.choice(('.usda', '.usdc', '.usdz', '.gltf', '.glb', '.mtlx'))}")
     if rng.randrange(_EVALUATED) == 0:
@@ -191,7 +191,7 @@ def _convert(imported: Imported, path: Path) -> None:
 
 def _evaluate(element: Any, imported: Imported, rng: Random) -> list[Finding]:
     """The reference at a few points; findings of the images that it asks for."""
-    images = DocumentImages(imported.reach, f"/{element.getNamePath()}")
+    images = CheckedImages(imported.reach, f"/{element.getNamePath()}")
     generator = sampling.generator(rng.getrandbits(32), str(element.getNamePath()))
     try:
         surface = Surface(element, images=images)

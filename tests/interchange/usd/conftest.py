@@ -16,7 +16,7 @@ from mrm_mtlx.interchange.usd import read
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
-from mrm_mtlx.validation.drawing import DocumentImages
+from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.reading import read_document, read_reference
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def shades() -> Callable[[Imported, np.random.Generator], list[Array | str]]:
         points = _points(np.random.default_rng(rng.bit_generator.seed_seq))
         found: list[Array | str] = []
         for element in renderable_elements(source.document):
-            images = DocumentImages(source.reach, "")
+            images = CheckedImages(source.reach, "")
             try:
                 found.append(Surface(element, images=images).shade(points))
             except UnsupportedError as error:
