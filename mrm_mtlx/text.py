@@ -1,4 +1,4 @@
-"""Text that nobody vouches for, as it is shown: on a terminal, in a report, in a message."""
+"""Untrusted text as it is shown: on a terminal, in a report, in a message."""
 
 from __future__ import annotations
 

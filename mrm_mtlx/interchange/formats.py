@@ -34,7 +34,7 @@ class Format(NamedTuple):
     def read(
         self, path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader
     ) -> Imported:
-        """Read a file that nobody vouches for.
+        """Read an untrusted file.
 
         Parameters
         ----------

@@ -129,7 +129,7 @@ def of_brdf(brdf: Brdf, name: str, geometry: Geometry = Geometry()) -> Retrorefl
 
 
 def read(path: Path) -> OpenMaterialFile:
-    """Read a file that nobody vouches for.
+    """Read an untrusted file.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Reading documents that nobody vouches for: bounded, inside one folder, with a finding for whatever is wrong.
+"""Reading untrusted documents: bounded, inside one folder, with a finding for whatever is wrong.
 
 MaterialX's reader is fast and trusting: it recurses over nested elements and opens whatever an include names. So it
 opens nothing here: each file is read once, looked at (`xml_scan`), and MaterialX is given those very bytes. Other

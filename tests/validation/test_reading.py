@@ -1,4 +1,4 @@
-"""Documents that nobody vouches for: damaged, huge, deep, cyclic, or pointing where they should not."""
+"""Untrusted documents: damaged, huge, deep, cyclic, or pointing where they should not."""
 
 from __future__ import annotations
 

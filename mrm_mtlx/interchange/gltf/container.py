@@ -1,4 +1,4 @@
-"""The container of a glTF asset, .gltf or .glb, as nobody vouches for it.
+"""The container of an untrusted glTF asset, .gltf or .glb.
 
 Its JSON is parsed, its header and chunks are checked, and a range of a buffer is read when it is asked for; geometry is
 not read. pygltflib, which has classes for all of glTF, opens whatever path an asset names and checks neither types nor

@@ -1,4 +1,4 @@
-"""Values of a crate that nobody vouches for: how large they say they are, and how deeply they lie in each other."""
+"""Values of an untrusted crate: how large they say they are, and how deeply they lie in each other."""
 
 from __future__ import annotations
 

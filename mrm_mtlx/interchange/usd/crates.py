@@ -1,4 +1,4 @@
-"""Crates that nobody vouches for: what one claims to hold is compared with what its bytes can hold.
+"""Untrusted crates: what one claims to hold is compared with what its bytes can hold.
 
 USD makes room for whatever count a crate states before it reads, and follows the tree of its paths wherever it leads: a
 file of 3 kB can ask for any amount of memory. Here its sections are decoded as far as they say how much there is: the

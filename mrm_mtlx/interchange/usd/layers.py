@@ -1,4 +1,4 @@
-"""One layer's file that nobody vouches for: checked, and opened as a layer that has no file."""
+"""The untrusted file of one layer: checked, and opened as a layer that has no file."""
 
 from __future__ import annotations
 

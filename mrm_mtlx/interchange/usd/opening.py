@@ -1,4 +1,4 @@
-"""Opening a stage that nobody vouches for: its layers are looked at one by one before USD composes them.
+"""Opening an untrusted stage: its layers are looked at one by one before USD composes them.
 
 USD opens whatever a layer names, parses nested prims by recursion, and expands references without a bound. So the files
 are found, read and weighed here, and USD is given what was read: layers without a file, which name each other. Of its

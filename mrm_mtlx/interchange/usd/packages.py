@@ -1,4 +1,4 @@
-"""Packages (.usdz) that nobody vouches for: unpacked within bounds, and refused where programs would find other files.
+"""Untrusted packages (.usdz): unpacked within bounds, and refused where programs would find other files.
 
 A package is a ZIP archive of files stored as they are, one behind the other (USDZ specification). USD finds them by
 their own headers, other programs by the directory at the end; here both have to say the same, so that what is checked

@@ -1,4 +1,4 @@
-"""Assets that nobody vouches for: each fault is a remark with its place, or an error that says why nothing is read."""
+"""Untrusted assets: each fault is a remark with its place, or an error that says why nothing is read."""
 
 from __future__ import annotations
 

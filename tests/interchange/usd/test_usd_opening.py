@@ -1,4 +1,4 @@
-"""Stages that nobody vouches for: each gives a clear finding, and none is opened further than it may be."""
+"""Untrusted stages: each gives a clear finding, and none is opened further than it may be."""
 
 from __future__ import annotations
 
