@@ -202,3 +202,13 @@ def test_offsets_of_sublayers_stay(place, library):
     stage = open_stage(path, Reach.only(place.folder), empty, library, partial(read_reference, library)).stage
     layer = stage.GetRootLayer()
     assert [offset.offset for offset in layer.subLayerOffsets] == [5.0, 100.0]
+
+
+def test_clips_inside_the_folder_are_not_left_to_usd_either(place, library, tmp_path):
+    """It looks for their files when it composes, whatever a template means by then."""
+    place.write("clip.usda", HEAD)
+    path = place.write("s.usda", ARCS["clips"].format("./clip.usda"))
+    (tmp_path / "empty").mkdir()
+    opened = open_stage(path, Reach.only(place.folder), tmp_path / "empty", library, partial(read_reference, library))
+    assert [remark.code for remark in opened.remarks] == ["INTERCHANGE_LOST"]
+    assert not opened.stage.GetPrimAtPath("/a").HasAuthoredMetadata("clips")

@@ -84,9 +84,6 @@ class Images(DocumentImages):
             raise InexpressibleError(msg)
         return ImageFile(f"{name}.png", _png(wanted, loaded))
 
-    def _path(self, name: str) -> Path | None:
-        return self._source.reach.regular(name)
-
     def _loaded(self, name: str) -> NDArray[Any]:
         try:
             pixels = self(name)
@@ -113,7 +110,7 @@ class Images(DocumentImages):
         return (channel.channel == target or both) and channel.is_decoded == channel.encoded
 
     def _as_it_is(self, name: str) -> ImageFile | None:
-        path = self._path(name)
+        path = self._source.reach.regular(name)
         content = b"" if path is None else path.read_bytes()
         if path is None or kind_of(content) not in PLAIN_KINDS:
             return None
