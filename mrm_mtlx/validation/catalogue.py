@@ -381,8 +381,9 @@ RULES: dict[str, Rule] = {
             "lobe is too narrow for float32",
             f"The microfacet width alpha is below {NARROWEST_ALPHA:g}. The half-vector is known to about 21 roundings "
             "of 2^-24; on the flank of the lobe D moves by 2 * 21 * 2^-24 / alpha relative, which is a tenth there: "
-            "shaders hit or miss the peak by chance. The comparison leaves the peak out. Environment light is not "
-            "affected.",
+            "shaders hit or miss the peak by chance. The comparison leaves the peak out, which is why it is told also "
+            "of surface models, in which a roughness of 0 is how a mirror or a smooth glass is written. Environment "
+            "light is not affected.",
             "Use an alpha of at least 2.5e-05 (a roughness of 0.005); real retroreflectors have 0.0025 and more.",
         ),
         Rule(

@@ -39,6 +39,9 @@ UNSEEN = {
     "gltf_pbr": (({"metallic": 0.0, "specular": 0.0, "iridescence": 0.0}, "it is no metal and its specular is 0"),),
 }
 
+# What to do about a lobe too narrow of a surface model, where a roughness of 0 is how a mirror is written.
+_MIRROR = "Use roughnesses of at least 0.005; where a mirror is meant, pass over it by --ignore LOBE_TOO_NARROW."
+
 
 def retroreflecting_nodes(document: mx.Document) -> list[Any]:
     """Nodes that have the flag or an amount, of BSDFs and of surface models, in file order; on or off."""
@@ -65,7 +68,7 @@ def check_retroreflection(document: mx.Document) -> list[Finding]:
     for model in nodes_of(document):
         definition = model.getNodeDef() if model.getType() == "surfaceshader" else None
         if definition is not None and defining_graph(definition) is not None:  # the others' lobes are the document's
-            findings += _too_narrow(model, narrowest_width(model))
+            findings += _too_narrow(model, narrowest_width(model), _MIRROR)
     for node in retroreflecting_nodes(document):
         is_lobe = node.getCategory() in (*MICROFACET_NODES, *PARTIAL_NODES)
         if is_lobe:
@@ -108,11 +111,11 @@ def _check_width(node: Any) -> Iterator[Finding]:
     yield from _too_narrow(node, float(width.min()) if isinstance(width, np.ndarray) else None)
 
 
-def _too_narrow(node: Any, width: float | None) -> Iterator[Finding]:
+def _too_narrow(node: Any, width: float | None, hint: str = "") -> Iterator[Finding]:
     # In float32, as the document's number is: the bound itself is not below the bound.
     if width is not None and width < np.float32(NARROWEST_ALPHA):
         message = f"its narrowest width alpha is {width:.3g}, below {NARROWEST_ALPHA:g}"
-        yield finding("LOBE_TOO_NARROW", location(node), message)
+        yield finding("LOBE_TOO_NARROW", location(node), message, hint)
 
 
 def _kind(node: Any) -> str:
