@@ -242,10 +242,10 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         "a document with its includes": (limits.MAXIMUM_DOCUMENT_BYTES, mebi),
         "files that a document includes": (limits.MAXIMUM_INCLUDES, 1),
         "nesting of XML": (limits.MAXIMUM_XML_DEPTH, 1),
-        "nodes that the surfaces": (limits.MAXIMUM_NODES, 1),
+        "nodes that a surface": (limits.MAXIMUM_NODES, 1),
         "nodes in a chain": (cycles.MAXIMUM_CHAIN, 1),
         "findings of one rule": (findings.MAXIMUM_OF_A_RULE, 1),
-        "surfaces of one document": (steps.MAXIMUM_LOST, 1),
+        "parts of the check of one document": (steps.MAXIMUM_LOST, 1),
         "side of an image": (images.MAXIMUM_SIDE, 1),
         "values of an image": (images.MAXIMUM_VALUES, 1),
         "bytes of an image file": (images.MAXIMUM_FILE_BYTES, mebi),
@@ -259,7 +259,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         "a file of measured data": (alta.MAXIMUM_BYTES, mebi),
         "samples of measured data": (table.MAXIMUM_SAMPLES, 1),
     }
-    assert (reading._MAXIMUM_BYTES, table.MAXIMUM_BYTES) == (alta.MAXIMUM_BYTES,) * 2
+    assert (reading.MAXIMUM_BYTES, table.MAXIMUM_BYTES) == (alta.MAXIMUM_BYTES,) * 2
     assert alta.MAXIMUM_SAMPLES == table.MAXIMUM_SAMPLES
     text = (REPOSITORY / "docs/reliability.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ([^|]+) \| ([\d,]+)(?: [GM]iB)? \|$", text.partition("## How it is tried")[0], re.MULTILINE)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.measured.measurement import GRAZING, Measurement
-from mrm_mtlx.measured.text import LineError, finite, lines, located, opened, shown
+from mrm_mtlx.measured.text import MAXIMUM_BYTES, MAXIMUM_SAMPLES, LineError, finite, lines, located, opened, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,9 +33,6 @@ COORDINATES = 3
 # What the values are: whether they have the cosine of theta_l in them.
 PARAM_OUT = {"INV_STERADIAN": False, "INV_STERADIAN_COSINE_FACTOR": True}
 
-# Bounds of what is read: the file that the paper fits has 7,397 samples in 1 MiB.
-MAXIMUM_BYTES = 64 * 2**20
-MAXIMUM_SAMPLES = 1_000_000
 MAXIMUM_CHANNELS = 64
 
 # How far beyond the horizon a rounded theta_v may be [rad].

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.measured.alta import read_alta
 from mrm_mtlx.measured.merl import is_merl, read_merl
 from mrm_mtlx.measured.table import is_table, read_table
-from mrm_mtlx.measured.text import opened
+from mrm_mtlx.measured.text import MAXIMUM_BYTES, opened
 from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 # Bytes by which a format is told.
 _HEAD = 4096
-# No file of a format is larger; each reader has a bound of its own.
-_MAXIMUM_BYTES = 64 * 2**20
 _ENDINGS: dict[str, Callable[[Path], Measurement | CoefficientSamples]] = {
     ".binary": read_merl,
     ".csv": read_table,
@@ -40,7 +38,7 @@ def read(path: Path) -> Measurement | CoefficientSamples:
     OSError
         If the file cannot be opened.
     """
-    with opened(path, _MAXIMUM_BYTES) as stream:
+    with opened(path, MAXIMUM_BYTES) as stream:
         head = stream.read(_HEAD)
     if is_merl(head):
         return read_merl(path)

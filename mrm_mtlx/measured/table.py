@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mrm_mtlx.measured.measurement import GRAZING, CoefficientSamples, Measurement
-from mrm_mtlx.measured.text import LineError, finite, lines, located, opened, shown
+from mrm_mtlx.measured.text import MAXIMUM_BYTES, MAXIMUM_SAMPLES, LineError, finite, lines, located, opened, shown
 from mrm_mtlx.text import text_lines
 
 if TYPE_CHECKING:
@@ -51,8 +51,6 @@ _GEOMETRY = ("observation", "entrance")
 # The columns of values that belong together.
 _VALUES = (("f",), ("f_r", "f_g", "f_b"), ("f_cos_l",), ("f_cos_l_r", "f_cos_l_g", "f_cos_l_b"))
 
-MAXIMUM_BYTES = 64 * 2**20
-MAXIMUM_SAMPLES = 1_000_000
 # Of coefficients, all are fitted and all are drawn; a goniometer's whole table has some thousands.
 MAXIMUM_COEFFICIENTS = 20_000
 

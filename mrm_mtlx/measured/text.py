@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 # Longest line that is read: measured data have some 150 characters.
 MAXIMUM_LINE = 4096
 
+# Bounds of any such file: that of the measurement which the paper fits has 7,397 samples in 1 MiB.
+MAXIMUM_BYTES = 64 * 2**20
+MAXIMUM_SAMPLES = 1_000_000
+
 # A word of the file in a message.
 shown = partial(text.shown, most=40)
 

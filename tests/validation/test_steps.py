@@ -7,7 +7,6 @@ import pickle
 import pytest
 
 from mrm_mtlx import process_limits
-from mrm_mtlx.validation.findings import MAXIMUM_OF_A_RULE, capped, finding
 from mrm_mtlx.validation.steps import MAXIMUM_LOST, READING, Step, Steps, add_lost, lost_finding, read_record
 
 GLSL, ESSL = Step("m", "glsl"), Step("m", "essl")
@@ -100,21 +99,3 @@ def test_a_document_that_cannot_be_read_in_time_has_no_part_to_name():
     assert said(lost_finding(READING, "not finished within 5 s", timed_out=True)) == (
         "CHECK_TIMEOUT  not finished within 5 s"
     )
-
-
-# The cap on findings --------------------------------------------------------------------------------------------------
-
-
-def test_a_rule_is_told_a_hundred_times_and_the_rest_is_counted():
-    unknown = [finding("DOC_UNKNOWN_NODE", f"/n{n}", "there is no such node") for n in range(MAXIMUM_OF_A_RULE + 3)]
-    twice = [finding("DOC_DUPLICATE_NAME", "/a", "again")] * 2
-    found = capped([*unknown, *twice])
-    assert found[:-1] == [*unknown[:MAXIMUM_OF_A_RULE], *twice]
-    assert said(found[-1]) == "DOC_UNKNOWN_NODE  3 more findings of DOC_UNKNOWN_NODE; the first 100 are listed"
-
-
-def test_of_a_text_of_millions_both_ends_are_told():
-    found = finding("DOC_UNKNOWN_NODE", "/" + "a" * 5_000_000, "there is no node 'b'")
-    assert len(found.location) < 5000
-    assert found.location.startswith("/aaa")
-    assert " [...] " in found.location
