@@ -27,7 +27,7 @@ from mrm_mtlx.library.console import silenced
 from mrm_mtlx.library.files import Reach
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from mrm_mtlx.interchange.formats import DocumentReader
     from mrm_mtlx.library import DataLibrary
@@ -62,7 +62,7 @@ class Stage:
     @property
     def reach(self) -> Reach:
         """Where the names that `name` gives lead."""
-        return self._scan.outcome
+        return self._scan.document_reach
 
     def file(self, layer: Sdf.Layer, name: str) -> Path:
         """The file that a name in a layer means, inside or not, there or not."""
@@ -174,7 +174,7 @@ class _Scan:
         return self._layers[str(first.file)].layer
 
     @property
-    def outcome(self) -> Reach:
+    def document_reach(self) -> Reach:
         """Where names in a document of the stage lead: what is in a package leads nowhere else."""
         if self.first_package is not None:
             return Reach.only(self.scratch)
@@ -214,24 +214,27 @@ class _Scan:
 
         entry.sublayers = [target(name, "") for name in opened.layer.subLayerPaths]
         for number, spec in entry.prims():
-            place, instance = str(spec.path), bool(spec.instanceable)
-            arcs = [*_items(spec.referenceList), *_items(spec.payloadList)]
+            entry.arcs += self._arcs(number, spec, str(origin.file), target)
             if spec.hasReferences or spec.hasPayloads:
                 entry.referring.append(spec)
-            for arc in arcs:
-                if arc.primPath.pathElementCount > MAXIMUM_DEPTH:
-                    raise UnreadableError(too_deep(place))
-                found = target(arc.assetPath, place) if arc.assetPath else str(origin.file)
-                self.standins.define(found, arc.primPath)
-                self._define_in_document(found, arc.primPath, place)
-                entry.arcs.append(Arc(number, found, arc.primPath, instance))
-            for path in (*_items(spec.inheritPathList), *_items(spec.specializesList)):
-                entry.arcs.append(Arc(number, "", path, instance))
             if spec.HasInfo("clips"):
                 self._leave_clips(origin, spec)
             for attribute in spec.attributes:
                 self._look_at(origin, attribute, opened.is_crate)
         return waiting
+
+    def _arcs(self, number: int, spec: Sdf.PrimSpec, own: str, target: Callable[[str, str], str]) -> Iterator[Arc]:
+        """What a prim is composed of besides itself; `own` is its layer, and `target` gives others by their names."""
+        place, instance = str(spec.path), bool(spec.instanceable)
+        for arc in (*_items(spec.referenceList), *_items(spec.payloadList)):
+            if arc.primPath.pathElementCount > MAXIMUM_DEPTH:
+                raise UnreadableError(too_deep(place))
+            found = target(arc.assetPath, place) if arc.assetPath else own
+            self.standins.define(found, arc.primPath)
+            self._define_in_document(found, arc.primPath, place)
+            yield Arc(number, found, arc.primPath, instance)
+        for path in (*_items(spec.inheritPathList), *_items(spec.specializesList)):
+            yield Arc(number, "", path, instance)
 
     def _weigh(self, file: Path, place: str) -> None:
         """Refuse a file that makes the stage too large."""
