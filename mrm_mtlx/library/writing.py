@@ -114,9 +114,10 @@ class FileSet:
         OSError
             If a folder on the way is a link that leads out of `folder`.
         """
-        if not path.parent.resolve().is_relative_to(self.folder.resolve()):
-            raise OSError(errno.EXDEV, f"{self._shown(path)} would lie elsewhere: a folder on the way is a link")
-        return self._new(path, replaces=self.force)
+        target = path.parent.resolve() / path.name  # a link at the place itself is not followed
+        if not target.is_relative_to(self._scratch.parent):
+            raise OSError(errno.EXDEV, f"{path.name} would lie elsewhere: a folder on the way is a link")
+        return self._new(target, replaces=self.force)
 
     def copied(self, source: Path, path: Path) -> None:
         """A copy of a file, `beside`."""
@@ -140,7 +141,7 @@ class FileSet:
             raise FileExistsError(errno.EEXIST, f"already there, with other content: {names}; --force replaces such")
 
     def _shown(self, path: Path) -> str:
-        return os.path.relpath(path, self.folder).replace(os.sep, "/")
+        return os.path.relpath(path, self._scratch.parent).replace(os.sep, "/")
 
     def _put(self) -> None:
         """Move the files; each step's undoing is known before the step is done, so that an interrupt loses nothing."""

@@ -8,6 +8,7 @@ import os
 import secrets
 import stat
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +23,6 @@ from mrm_mtlx.validation.file_checks import check_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
 # Bytes after which a disk is full here, less than any file that is written in these tests.
 ROOM = 300
@@ -345,6 +345,16 @@ def test_a_folder_that_is_a_link_led_copies_elsewhere(project, library, tmp_path
     with pytest.raises(OSError, match="a folder on the way is a link"):
         write_to(project, tmp_path / "out" / "X.usda", library, force=True)
     assert contents(tmp_path / "elsewhere") == {}
+
+
+def test_a_relative_path_had_no_place_for_a_copy(tmp_path, monkeypatch):
+    # The folder of the copies was looked for beside the unfinished files only if the path was absolute.
+    (tmp_path / "out").mkdir()
+    monkeypatch.chdir(tmp_path)
+    with FileSet(Path("out")) as files:
+        files.named(Path("out", "X.gltf")).write_text("main", encoding="utf-8")
+        files.beside(Path("out", "X", "tex", "a.png")).write_text("copy", encoding="utf-8")
+    assert contents(tmp_path / "out") == {"X": b"", "X/tex": b"", "X/tex/a.png": b"copy", "X.gltf": b"main"}
 
 
 def test_a_link_at_the_place_of_a_copy_was_written_through(project, library, tmp_path, link):
