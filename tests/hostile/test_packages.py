@@ -8,11 +8,14 @@ import struct
 import zipfile
 from functools import partial
 
+import numpy as np
 import pytest
 
-from mrm_mtlx.interchange.imported import UnreadableError
+from mrm_mtlx.interchange.formats import format_of
+from mrm_mtlx.interchange.imported import Imported, UnreadableError
 from mrm_mtlx.interchange.usd import packages, read
 from mrm_mtlx.library.files import Reach
+from mrm_mtlx.library.images import write_image
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.reading import read_reference
 from mrm_mtlx.validation.request import Request
@@ -183,3 +186,27 @@ def test_damaged_packages_give_findings_and_no_error_of_a_library(place, library
         folder.mkdir()
         with contextlib.suppress(UnreadableError):
             packages.unpack(path, folder, "")
+
+
+def test_names_beyond_ascii_were_read_as_those_of_another_code_page(library, tmp_path, surface_document):
+    # The names in packages that USD makes are UTF-8, and do not say so.
+    (tmp_path / "tex").mkdir()
+    write_image(tmp_path / "tex" / "\u00e4.png", np.zeros((2, 2, 3), np.uint8), {})
+    image = '<image name="i" type="color3"><input name="file" type="filename" value="tex/\u00e4.png"/></image>'
+    color = '<input name="color" type="color3" nodename="i"/>'
+    lobe = f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{color}</oren_nayar_diffuse_bsdf>'
+    source = Imported(surface_document(image + lobe), reach=Reach.only(tmp_path))
+    path = tmp_path / "na\u00efve.usdz"
+    format_of(path).write(source, path, library)
+    (tmp_path / "tex" / "\u00e4.png").unlink()
+    with zipfile.ZipFile(path) as found:
+        assert found.namelist() == ["na\u00efve.usdc", "na\u00efve/tex/\u00e4.png"]
+    unflagged = bytearray(path.read_bytes())
+    for signature, at in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        start = -1
+        while (start := unflagged.find(signature, start + 1)) >= 0:
+            struct.pack_into("<H", unflagged, start + at, 0)
+    path.write_bytes(unflagged)
+    (tmp_path / "scratch").mkdir()
+    again = read(path, Reach.beside(path), library, tmp_path / "scratch", partial(read_reference, library))
+    assert again.reach.regular(again.document.getNode("i").getInput("file").getValueString()) is not None

@@ -80,7 +80,7 @@ def unpack(path: Path, folder: Path, place: str) -> Package:
         If it is damaged, larger than the bounds, or no package of USD.
     """
     try:
-        with path.open("rb") as stream, zipfile.ZipFile(stream) as package:
+        with path.open("rb") as stream, zipfile.ZipFile(stream, metadata_encoding="utf-8") as package:
             entries = sorted(package.infolist(), key=lambda entry: entry.header_offset)
             _refuse_large(entries, place)
             problems = list(_checked(stream, entries, path.name, place))

@@ -66,7 +66,11 @@ def _package(source: Imported, name: str, unfinished: Path) -> list[Remark]:
             made = UsdUtils.CreateNewUsdzPackage(str(layer), str(gathered))
         if not made:
             raise OSError(0, "USD cannot make the package; is an image missing?")
-        with zipfile.ZipFile(gathered) as found, zipfile.ZipFile(unfinished, "w") as package:
+        # USD's names are UTF-8 and do not say so.
+        with (
+            zipfile.ZipFile(gathered, metadata_encoding="utf-8") as found,
+            zipfile.ZipFile(unfinished, "w") as package,
+        ):
             position = 0
             for entry in found.infolist():
                 position = _store(package, entry.filename, found.read(entry), position)
