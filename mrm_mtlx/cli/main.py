@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from typing import Annotated, Any
@@ -25,6 +26,9 @@ from mrm_mtlx.cli import (
     vectors,
 )
 from mrm_mtlx.text import printable, text_lines
+
+# What a user can mend: no room where the output goes, or a name that no file can have.
+_USERS_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG)
 
 app = typer.Typer(
     name="mrm",
@@ -121,6 +125,9 @@ def _report(error: Any) -> int:
     if isinstance(error, MemoryError) and opened is not None:
         _print_finding("CHECK_CRASHED", f"{opened}: {process_limits.memory_reason()}")
         return 1
+    if isinstance(error, OSError) and error.errno in _USERS_ERRORS:
+        print(printable(f"mrm: {error.strerror}{f': {error.filename}' if error.filename else ''}"), file=sys.stderr)
+        return 2
     message = text_lines(str(error).strip())[0] or "no message"
     print(printable(f"mrm: internal error: {type(error).__name__}: {message}"), file=sys.stderr)
     return 2

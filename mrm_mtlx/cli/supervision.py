@@ -62,6 +62,7 @@ def supervised(command: Callable[[], int], tell: Callable[[Death], int]) -> int:
     """
     if not hasattr(os, "fork") or threading.active_count() > 1:
         return command()
+    _open_standard_streams()
     try:
         scratch = Path(tempfile.mkdtemp(prefix="mrm-"))
     except OSError:  # whoever needs a scratch folder will say so
@@ -116,6 +117,16 @@ def renew() -> None:
     """Count the time from now on again: a part of long work was done."""
     if _opened is not None:
         process_limits.limit_time(_limit_s)
+
+
+def _open_standard_streams() -> None:
+    """Stand in for streams that were closed where the command was started: no other file may take their numbers."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            with contextlib.suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_RDWR), number)
+                os.set_inheritable(number, True)
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115  # until the end
 
 
 def _work_in(scratch: Path | None) -> None:

@@ -168,3 +168,22 @@ def test_a_hundred_thousand_mistakes_of_one_kind_are_counted_and_not_listed(tmp_
     unknown = [f for f in report["findings"] if f["code"] == "DOC_UNKNOWN_NODE"]
     assert len(unknown) == 101
     assert unknown[-1]["message"] == "99900 more findings of DOC_UNKNOWN_NODE; the first 100 are listed"
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_a_closed_stream_ended_a_command_by_an_error_of_its_own_and_left_its_folder(tmp_path, closed):
+    environment = {**os.environ, "TMPDIR": str(tmp_path), "PYTHON": sys.executable}
+    command = f'"$PYTHON" -m mrm_mtlx.cli.main rules READ {closed}'
+    done = subprocess.run(["sh", "-c", command], env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_and_a_long_name_are_no_internal_errors(full_disk, tmp_path):
+    with full_disk.open("w") as stream:
+        done = subprocess.run([*COMMAND, "rules"], stdout=stream, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "mrm: No space left on device\n")
+    arguments = ["convert", "x.usda", f"{'n' * 300}.mtlx"]
+    done = subprocess.run([*COMMAND, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("mrm: File name too long: n")
