@@ -96,7 +96,7 @@ class Evaluation:
         # The generated shader normalises what it interpolates, and takes the light's direction as it is.
         view, light = unit(self.points.view.T), np.atleast_2d(self.points.light).T
         self.values: Values = Values(self.move, None if self.exact is None else self.exact.values)
-        at = NotingLight(view, light, self.move.part, self.model, values=self.values)
+        at = NotingLight(view, light, self.move.part, self.model, share=self.move.share, values=self.values)
         self.light: Light = at
         surroundings = self.illumination.environment
         modes = [] if surroundings is None else [Mode.INDIRECT, Mode.TRANSMISSION]

@@ -7,7 +7,7 @@ result by a thousandth, and broad ones are judged alike.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -45,7 +45,8 @@ PARTS = {
 }
 
 # Ends of the range of what is no number with a rounding: the last bits of a hash, and what is looked up by them. It is
-# moved in full and counted once, by the farther of the two.
+# moved in full and counted once, by the farther of the two. What follows may rise and fall in between, as a lobe does
+# over its width: where there are two ends, it is moved by eighths of the way to each as well.
 RANGE = ("least", "most")
 
 # Patterns of signs by which the errors of functions move a value's channels, besides all up: of any two channels of
@@ -82,6 +83,8 @@ class Move:
         `RANGE`.
     factor
         How many times the movement of the result is allowed.
+    share
+        Of an end of `RANGE`, how much of the way there.
     """
 
     view: Array | float = 0.0
@@ -90,6 +93,7 @@ class Move:
     step: float = ROUNDING_FACTOR * UNIT
     part: str = ""
     factor: float = ROUNDING_FACTOR
+    share: float = 1.0
 
     def touches(self, needs: frozenset[str]) -> bool:
         """Whether it moves something that is made of these: `VIEW`, `LIGHT_DIRECTION`, parts. Numbers are in all."""
@@ -139,6 +143,24 @@ def range_moves() -> Iterator[Move]:
     """Both ends of `RANGE`."""
     for end in RANGE:
         yield Move(part=end, factor=1.0)
+
+
+def on_the_way(end: Move) -> Iterator[Move]:
+    """An end of `RANGE`, after the moves by eighths of the way there."""
+    for eighth in range(1, 9):
+        yield replace(end, share=eighth / 8.0)
+
+
+def farthest(off: Array) -> Array:
+    """By how much something is off at the most on its way, from where it is at even steps, the first axis.
+
+    Between steps, a parabola through three of them is by an eighth of their second difference beyond the farthest.
+    """
+    steps = np.concatenate([np.zeros_like(off[:1]), off])
+    with np.errstate(invalid="ignore"):
+        between = np.abs(np.diff(steps, n=2, axis=0)) / 8.0
+        found = np.max(np.abs(off), axis=0) + np.max(between, axis=0)
+    return np.where(np.isnan(found), np.inf, found)
 
 
 def value_sign(pattern: int, index: int) -> float:

@@ -25,7 +25,9 @@ from mrm_mtlx.reference.rounding import (
     Move,
     Tolerance,
     channel_moves,
+    farthest,
     moves,
+    on_the_way,
     opposite_moves,
     range_moves,
 )
@@ -166,7 +168,7 @@ class Surface:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.
 
         allowed = sum over the moves of factor * |shade(moved) - shade| + OUTPUT_ROUNDINGS units of the magnitudes; of
-        the two ends of a range, the farther one.
+        the places in a range, the farthest one.
         """
 
         def both(part: ShadingPoints) -> Array:
@@ -185,19 +187,27 @@ class Surface:
         if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
             chosen += opposite_moves()
 
-        def moved_by(move: Move) -> Array:
+        def off_by(move: Move) -> Array:
             moved = self._color(points, illumination, move, exact)
             with np.errstate(invalid="ignore"):
-                by = np.where(moved == expected, 0.0, np.abs(moved - expected))
+                by = np.where(moved == expected, 0.0, moved - expected)
             # What a rounding makes undefined may be anything.
             return move.factor * np.where(np.isnan(by), np.inf, by)
+
+        def moved_by(move: Move) -> Array:
+            return np.abs(off_by(move))
 
         for move in chosen:
             by = moved_by(move)
             if move.part == "functions":
                 by = np.maximum.reduce([by, *(moved_by(pattern) for pattern in channel_moves())])
             allowed = allowed + by
-        return expected, allowed + np.maximum(*(moved_by(end) for end in range_moves()))
+        least, most = range_moves()
+        if np.any(moved_by(least)):
+            ends = [farthest(np.stack([off_by(move) for move in on_the_way(end)])) for end in (least, most)]
+        else:  # what is off to one side alone enters in proportion
+            ends = [moved_by(most)]
+        return expected, allowed + np.maximum.reduce(ends)
 
     def _evaluation(
         self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Evaluation | None = None

@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.reference import ROUNDING_FACTOR, Model, Surface, Tolerance, rounding
-from mrm_mtlx.reference.rounding import EXACT, PARTS, PATTERNS, Move, moves, opposite_moves, value_sign
+from mrm_mtlx.reference.rounding import (
+    EXACT,
+    PARTS,
+    PATTERNS,
+    Move,
+    farthest,
+    moves,
+    on_the_way,
+    opposite_moves,
+    range_moves,
+    value_sign,
+)
 
 # Relative error of one correctly rounded operation in float32.
 UNIT = float(np.finfo(np.float32).eps) / 2.0
@@ -228,3 +239,14 @@ def test_a_move_of_the_wrong_size_is_seen(surface_document, turned_points, rng, 
     exact = surface.response(points)
     moved = np.abs(surface.response(points, Move(view=1000.0 * UNIT * np.eye(3)[0])) - exact) / exact
     assert np.mean(np.max(moved, axis=-1) > ONE_MOVE) > MOST
+
+
+@pytest.mark.parametrize("top", [0.3, 0.47, 0.99, 2.0])
+def test_a_parabola_is_met_between_the_steps_on_the_way(top):
+    way = np.array([move.share for move in on_the_way(next(iter(range_moves())))])
+    off = way * (2.0 * top - way)
+    fine = np.linspace(0.0, 1.0, 10001)
+    highest = np.max(np.abs(fine * (2.0 * top - fine)))
+    assert highest <= farthest(off[:, None])[0] <= highest + (1.0 / 8.0) ** 2 / 4.0 + 1e-12
+    # What is in proportion has nothing between.
+    np.testing.assert_allclose(farthest(top * way[:, None]), top, rtol=1e-14)

@@ -73,7 +73,7 @@ class Environment:
 
 @dataclass(frozen=True)
 class Light:
-    """The directions of an evaluation: `v`, `l`, shape (3, samples); `part`: see `rounding.Move`.
+    """The directions of an evaluation: `v`, `l`, shape (3, samples); `part` and `share`: see `rounding.Move`.
 
     `environment` is given in the modes INDIRECT and TRANSMISSION, where `l` has no meaning.
     """
@@ -84,6 +84,7 @@ class Light:
     model: Model = Model.HARDWARE
     mode: Mode = Mode.REFLECTION
     environment: Environment | None = None
+    share: float = 1.0
 
     def moves(self, part: str) -> bool:
         """Whether this part of `rounding.PARTS` is to be taken at the edge of its error."""

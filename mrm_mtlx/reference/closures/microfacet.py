@@ -236,7 +236,7 @@ def _distributed(
     hz = dot(h, n)
     d = ggx.distribution(hx, hy, hz, alpha_x, alpha_y)
     if light.moves("most"):
-        d = d + _steeper(d, (hx, hy, hz), widths, precision.half_vector_error(v, light.l))
+        d = d + light.share * _steeper(d, (hx, hy, hz), widths, precision.half_vector_error(v, light.l))
     if light.model is Model.CLOSURES:
         lambda_v, lambda_l = (
             ggx.smith_lambda(dot(w, x), dot(w, y), cos_w, alpha_x, alpha_y)

@@ -146,7 +146,9 @@ def _hextiled(inputs: Inputs, blended: _Blended, corners: _Corners) -> Array:
     if least or most:
         tiles = hextile.tiles(coord, spread)
         shown, ends = _shown_by(tiles, pixels, default, {}), _tile_extremes(coord, spread, pixels, len(default))
-        return _at_the_end(partial(blended, tiles), shown, ends, corners, np.maximum if most else np.minimum)
+        exact = blended(tiles, shown, shown)
+        end = _at_the_end(partial(blended, tiles), shown, ends, corners, np.maximum if most else np.minimum)
+        return np.asarray(exact + inputs.light.share * (end - exact))
     if inputs.light.moves("functions"):
         tiles = hextile.tiles(coord, spread)
         return _off_by_numbers(blended, tiles, _shown_by(tiles, pixels, default, {}), coord, spread)

@@ -300,6 +300,19 @@ def test_a_line_that_a_hex_tile_may_just_meet_is_allowed(compared, ruled, random
     assert np.mean(np.max(tolerance.allowed, axis=1) < 0.05) > 0.05
 
 
+def test_what_rises_and_falls_over_the_range_of_a_hex_tile_is_allowed(excess, ruled, random_surface, rng):
+    near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
+    tiled = image("color3", "hextiledimage").replace('name="a"', 'name="tiled"')
+    # As a lobe's height over its width: little at both ends, 0 and 0.9, and most in the middle.
+    under = values({"in1": "color3:0.9, 0.9, 0.9", "in2": "color3:@tiled"})
+    both = values({"in1": "color3:@tiled", "in2": "color3:@under"})
+    nodes = (
+        f'{tiled}<subtract name="under" type="color3">{under}</subtract>'
+        f'<multiply name="a" type="color3">{both}</multiply>'
+    )
+    assert np.max(excess(shown(nodes, "color3"), near, ruled)) <= 1.0
+
+
 def test_a_line_that_a_hex_tiled_normal_may_just_meet_is_allowed(excess, ruled, random_surface, rng):
     near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
     assert np.max(excess(shown(image("vector3", "hextilednormalmap"), "vector3"), near, ruled)) <= 1.0
