@@ -6,15 +6,16 @@ import errno
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
+from mrm_mtlx.interchange.imported import UnreadableError
+from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.writing import FileSet
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from mrm_mtlx.interchange.imported import Imported, Remark
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.library.files import Reach
 
     # Reads a document of MaterialX that a file of another format refers to, or raises an UnreadableError.
     DocumentReader = Callable[[Path, Reach], Imported]
@@ -64,7 +65,8 @@ class Format(NamedTuple):
         source
             The document; files that it names are opened only within its `reach`.
         path
-            The file; its ending is one of `suffixes`. Whatever stands there is replaced.
+            The file; its ending is one of `suffixes`. Whatever stands there is replaced, and with it what it
+            names in its folder.
         library
             The document's definitions.
         force
@@ -81,9 +83,20 @@ class Format(NamedTuple):
         """
         if path.exists() and not path.is_file():
             raise OSError(errno.EINVAL, "it is not a regular file")
-        with FileSet(path.parent, force) as files:
-            remarks: list[Remark] = import_module(self.module).write(source, path, library, files)
+        module = import_module(self.module)
+        with FileSet(path.parent, force, lambda: _named(path, module.names)) as files:
+            remarks: list[Remark] = module.write(source, path, library, files)
         return remarks
+
+
+def _named(path: Path, names: Callable[[Path], Iterable[str]]) -> set[Path]:
+    """The files that one names that stands there already, tiles and frames included; none if it cannot be read."""
+    reach = Reach.beside(path)
+    try:
+        found = [file for name in names(path) for file in reach.members(name)] if path.is_file() else []
+    except (UnreadableError, OSError, ValueError):
+        return set()
+    return {file.parent.resolve() / file.name for file in found}
 
 
 DOCUMENT = Format("MaterialX", (".mtlx",), "mrm_mtlx.interchange.materialx")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from html import unescape
 from typing import TYPE_CHECKING
 
 import MaterialX as mx
@@ -10,6 +11,8 @@ import MaterialX as mx
 from mrm_mtlx.interchange.files import name_beside
 from mrm_mtlx.interchange.imported import Remark
 from mrm_mtlx.library.filenames import rename_files
+from mrm_mtlx.library.files import read_regular
+from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.writing import FileSet
 
+# How MaterialX writes a file's name.
+_FILES = re.compile('type="filename" value="([^"]*)"')
 # What texts of other formats may hold, and XML 1.0 may not (section 2.2), not even as a reference.
 _CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
@@ -34,6 +39,12 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
     lost = [remark for element in document.traverseTree() for remark in _without_controls(element)]
     files.named(path).write_text(mx.writeToXmlString(document), encoding="utf-8")
     return lost
+
+
+def names(path: Path) -> list[str]:
+    """Names of files in a document, as `write` has them."""
+    content = read_regular(path, MAXIMUM_DOCUMENT_BYTES) or b""
+    return [unescape(name) for name in set(_FILES.findall(content.decode("utf-8", "replace")))]
 
 
 def _without_controls(element: mx.Element) -> Iterator[Remark]:

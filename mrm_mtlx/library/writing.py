@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from types import TracebackType
     from typing import Self
 
@@ -66,10 +66,13 @@ class FileSet:
         Where they belong, or below it; there is nothing of them anywhere else before the end.
     force
         Whether `beside` may replace files.
+    own
+        The files that belong to what is replaced, which `beside` may replace, too; asked for where there is need.
     """
 
     folder: Path
     force: bool = False
+    own: Callable[[], set[Path]] = set
     _scratch: Path = field(init=False)
     _files: dict[Path, tuple[Path, bool]] = field(default_factory=dict, init=False)
     _main: set[Path] = field(default_factory=set, init=False)
@@ -132,12 +135,14 @@ class FileSet:
 
     def _refuse_conflicts(self) -> None:
         found = [
-            self._shown(path)
+            path
             for path, (finished, replaces) in self._files.items()
             if not replaces and os.path.lexists(path) and not _same(path, finished)
         ]
-        if found:
-            names = ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
+        own = self.own() if found else set()
+        if foreign := [self._shown(path) for path in found if path not in own]:
+            more = f" and {len(foreign) - _SHOWN} more" if len(foreign) > _SHOWN else ""
+            names = ", ".join(foreign[:_SHOWN]) + more
             raise FileExistsError(errno.EEXIST, f"already there, with other content: {names}; --force replaces such")
 
     def _shown(self, path: Path) -> str:

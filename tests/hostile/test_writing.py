@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import MaterialX as mx
 import numpy as np
 import pytest
 
@@ -238,6 +239,35 @@ def test_what_was_written_before_is_written_again_without_force(project, library
         write_to(project, tmp_path / "out" / name, library)
         assert contents(tmp_path / "out") == before
     assert "X/tex/b.png" in before
+
+
+@pytest.mark.parametrize("name", ["X.usda", "X.usdc", "X.mtlx", "X.gltf"])
+def test_a_set_that_changed_needed_force_to_replace_itself(library, tmp_path, name):
+    # What the file that is replaced names is replaced with it, and nothing else.
+    (tmp_path / "project").mkdir()
+    (tmp_path / "out" / "X").mkdir(parents=True)
+    image = '<image name="i" type="color3"><input name="file" type="filename" value="a.png"/></image>'
+    surface = (
+        '<gltf_pbr name="s" type="surfaceshader"><input name="base_color" type="color3" nodename="i"/></gltf_pbr>'
+        '<surfacematerial name="m" type="material">'
+        '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>'
+    )
+    document = mx.createDocument()
+    mx.readFromXmlString(document, f'<?xml version="1.0"?><materialx version="1.39">{image}{surface}</materialx>')
+    document.setDataLibrary(library.document)
+    source = Imported(document, reach=Reach.only(tmp_path / "project"))
+    write_image(tmp_path / "project" / "a.png", PIXELS, {})
+    write_to(source, tmp_path / "out" / name, library)
+    before = contents(tmp_path / "out")
+    write_image(tmp_path / "project" / "a.png", 255 - PIXELS, {})
+    write_to(source, tmp_path / "out" / name, library)
+    after = contents(tmp_path / "out")
+    assert after.keys() == before.keys()
+    assert [key for key in after if key.endswith(".png") and after[key] != before[key]]
+    (tmp_path / "out" / name).write_bytes(b"@X/a.png@ <materialx> X/a.png" * 99)
+    write_image(tmp_path / "project" / "a.png", PIXELS, {})
+    with pytest.raises(FileExistsError, match="--force replaces such"):
+        write_to(source, tmp_path / "out" / name, library)
 
 
 @pytest.mark.parametrize("name", ["X.usda", "X.usdc", "X.mtlx"])

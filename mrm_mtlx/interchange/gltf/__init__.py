@@ -9,6 +9,6 @@
 """
 
 from mrm_mtlx.interchange.gltf.reading import read
-from mrm_mtlx.interchange.gltf.writing import write
+from mrm_mtlx.interchange.gltf.writing import names, write
 
-__all__ = ["read", "write"]
+__all__ = ["names", "read", "write"]

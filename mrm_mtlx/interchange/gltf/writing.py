@@ -5,10 +5,11 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 from mrm_mtlx.interchange.gltf import comparison
 from mrm_mtlx.interchange.gltf.asset import Asset
-from mrm_mtlx.interchange.gltf.container import LOST
+from mrm_mtlx.interchange.gltf.container import LOST, is_data, open_container
 from mrm_mtlx.interchange.gltf.interfaces import resolved
 from mrm_mtlx.interchange.gltf.material import Material
 from mrm_mtlx.interchange.gltf.placement import InexpressibleError
@@ -26,6 +27,19 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
 
 LEFT_OUT = "INTERCHANGE_LEFT_OUT"
+
+
+def names(path: Path) -> list[str]:
+    """Names of files in an asset, as `write` has them.
+
+    Raises
+    ------
+    UnreadableError
+        If it is none.
+    """
+    data = open_container(path, Reach.beside(path)).data
+    uris = [element.get("uri") for array in ("buffers", "images") for element in data.get(array, [])]
+    return [unquote(uri) for uri in uris if isinstance(uri, str) and not is_data(uri)]
 
 
 def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:

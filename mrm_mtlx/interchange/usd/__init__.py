@@ -11,6 +11,6 @@
 """
 
 from mrm_mtlx.interchange.usd.reading import read
-from mrm_mtlx.interchange.usd.saving import write
+from mrm_mtlx.interchange.usd.saving import names, write
 
-__all__ = ["read", "write"]
+__all__ = ["names", "read", "write"]

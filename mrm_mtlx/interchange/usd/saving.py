@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pxr import Sdf, Tf, UsdUtils
 
 from mrm_mtlx.interchange.files import name_beside
+from mrm_mtlx.interchange.usd.layers import open_layer
 from mrm_mtlx.interchange.usd.texts import said
 from mrm_mtlx.interchange.usd.writing import write_materials
 from mrm_mtlx.library.console import silenced
@@ -33,6 +34,29 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
     if path.suffix.lower() == ".usdz":
         return _package(source, path.stem, files.named(path))
     return _layer(source, path, files)
+
+
+def names(path: Path) -> list[str]:
+    """Names of files in a layer, as `write` has them.
+
+    Raises
+    ------
+    UnreadableError
+        If it is none.
+    """
+    if path.suffix.lower() == ".usdz":
+        return []
+    with silenced():
+        layer = open_layer(path, "").layer
+        found: list[str] = []
+
+        def look(at: Sdf.Path) -> None:
+            spec = layer.GetAttributeAtPath(at) if at.IsPropertyPath() else None
+            if spec is not None and isinstance(spec.default, Sdf.AssetPath):
+                found.append(str(spec.default.path))
+
+        layer.Traverse(Sdf.Path.absoluteRootPath, look)
+    return found
 
 
 def _layer(source: Imported, path: Path, files: FileSet) -> list[Remark]:
