@@ -73,6 +73,7 @@ def render(
 ) -> None:
     """Render a material on a sphere, plane or cone under a headlight, a light at an angle, and surroundings."""
     del timeout  # its option has handed it on
+    from mrm_mtlx.cli import supervision
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.documents import open_document
     from mrm_mtlx.engines import gl, osl
@@ -97,6 +98,7 @@ def render(
     try:
         surroundings = None if environment is None else read_image(environment)
         settings = picture.Settings(shape.value, _light_angle(light), size, surroundings, compare)
+        supervision.allow(picture.memory(settings))
         surface = (opened.elements[0], data, opened.imported.reach, settings)
         if engine is Engine.GL:
             picture.write(picture.render(*surface), output, exposure)

@@ -108,6 +108,12 @@ def opening(path: Path) -> None:
     renew()
 
 
+def allow(size: int) -> None:
+    """Allow a child so many bytes more than a document may take: for what its user asked for, a picture of any size."""
+    if _opened is not None:
+        process_limits.limit_memory(process_limits.MAXIMUM_MEMORY + size)
+
+
 def opened() -> Path | None:
     """The document that this process opened last, if somebody waits for it."""
     return _opened

@@ -17,6 +17,8 @@ from mrm_mtlx.shadergen import OslMode, Shader, generate
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.library.files import Reach
@@ -38,7 +40,7 @@ def render(
     seed: int = 0,
     mode: OslMode = OslMode.ALIGNED,
     progress: Callable[[int, int], None] | None = None,
-) -> Array:
+) -> NDArray[np.floating]:
     """Linear radiance of the picture, (height, width, 3); camera, light and scale as `picture.render` has them.
 
     Parameters

@@ -17,6 +17,7 @@ from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
 from mrm_mtlx.shadergen import generate
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -36,6 +37,10 @@ IRRADIANCE = float(np.pi)
 # Radiance around the shape where there is no environment: dark, but not black, so that outlines show.
 BACKDROP = 0.004
 _GAP = 4
+# Samples that are evaluated at a time: each takes a thousand bytes on its way, and twelve in the picture.
+_BAND = 1 << 19
+# Memory that a picture takes while it is made and written, for each of its samples [bytes].
+_BYTES_PER_SAMPLE = 48
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,13 @@ class Settings:
     compare: bool
 
 
-def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings) -> Array:
+def memory(settings: Settings) -> int:
+    """Bytes that a picture takes, beyond those that its material does."""
+    panels = 4 if settings.compare else 1
+    return panels * (settings.size * OVERSAMPLING) ** 2 * _BYTES_PER_SAMPLE
+
+
+def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings) -> NDArray[np.floating]:
     """Linear radiance of the picture, (height, width, 3), oversampled; the light's irradiance at the shape is pi.
 
     So a white diffuser that faces the light has radiance 1.
@@ -111,13 +122,17 @@ def light_angles(settings: Settings) -> list[float | None]:
     return [None, settings.light_degrees or COMPARISON_DEGREES] if settings.compare else [settings.light_degrees]
 
 
-def side_by_side(panels: list[Array], gap: int = _GAP) -> Array:
+def side_by_side(panels: Sequence[NDArray[np.floating]], gap: int = _GAP) -> NDArray[np.floating]:
     """Panels of one height beside each other, this many pixels apart."""
-    between = np.full((panels[0].shape[0], gap, 3), BACKDROP)
+    if len(panels) == 1:
+        return panels[0]
+    between = np.full((panels[0].shape[0], gap, 3), BACKDROP, dtype=panels[0].dtype)
     return np.concatenate([part for panel in panels for part in (panel, between)][:-1], axis=1)
 
 
-def write(radiance: Array, path: Path, exposure: float | None, *, oversampling: int = OVERSAMPLING) -> None:
+def write(
+    radiance: NDArray[np.floating], path: Path, exposure: float | None, *, oversampling: int = OVERSAMPLING
+) -> None:
     """Write a picture whole or not at all: EXR holds the linear radiance, PNG a tone-mapped version.
 
     Raises
@@ -126,13 +141,26 @@ def write(radiance: Array, path: Path, exposure: float | None, *, oversampling: 
         If the file cannot be written.
     """
     linear = path.suffix.lower() == ".exr"
-    pixels = _reduce(radiance if linear else tone_map(radiance, exposure), oversampling)
-    stored = np.minimum(pixels, 65504.0).astype(np.float16) if linear else np.round(255.0 * pixels).astype(np.uint8)
+    brightest = 1.0 if linear else _brightest(radiance, exposure)
+    step = max(_BAND // radiance.shape[1] // oversampling, 1) * oversampling
+    bands = [radiance[row : row + step].astype(float) for row in range(0, len(radiance), step)]
+    stored = np.concatenate([_stored(band, brightest, oversampling, linear=linear) for band in bands])
     try:
         write_image(path, stored, {"oiio:ColorSpace": "lin_rec709" if linear else "sRGB"})
     except OSError as error:
         msg = f"{path} cannot be written: {error.strerror or error}"
         raise ValueError(msg) from error
+
+
+def _stored(radiance: Array, brightest: float, oversampling: int, *, linear: bool) -> NDArray[Any]:
+    """Rows of a picture as the file has them."""
+    pixels = _reduce(radiance if linear else _shown(radiance, brightest), oversampling)
+    return np.minimum(pixels, 65504.0).astype(np.float16) if linear else np.round(255.0 * pixels).astype(np.uint8)
+
+
+# Where the scale of a picture turns from linear to logarithmic: well below a white diffuser, so that dark paint does
+# not drown beside a headlight.
+_FLOOR = 0.004
 
 
 def tone_map(radiance: Array, exposure: float | None) -> Array:
@@ -142,27 +170,47 @@ def tone_map(radiance: Array, exposure: float | None) -> Array:
     the brightest of the picture (or, with an exposure in stops, 2^-exposure), hue and saturation kept. A compromise
     that shows the dark and the bright at once, not a camera.
     """
-    floor = 0.004  # well below a white diffuser, so that dark paint does not drown beside a headlight
+    return _shown(radiance, _brightest(radiance, exposure))
+
+
+def _brightest(radiance: NDArray[np.floating], exposure: float | None) -> float:
+    """What is shown as the brightest: of the picture, or by the exposure."""
+    if exposure is not None:
+        return float(2.0**-exposure)
+    return max(float(np.quantile(np.max(radiance, axis=-1).astype(float), 0.999)), 1.0)
+
+
+def _shown(radiance: Array, brightest: float) -> Array:
     peak = np.max(radiance, axis=-1, keepdims=True)
-    brightest = max(float(np.quantile(peak, 0.999)), 1.0) if exposure is None else 2.0**-exposure
-    scale = np.log1p(peak / floor) / np.log1p(brightest / floor)
+    scale = np.log1p(peak / _FLOOR) / np.log1p(brightest / _FLOOR)
     return np.asarray(np.clip(srgb_encoded(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
 
 
-def _panel(program: SurfaceProgram, settings: Settings) -> Array:
+def _panel(program: SurfaceProgram, settings: Settings) -> NDArray[np.float32]:
     size = settings.size * OVERSAMPLING
-    rays = camera_rays(size)
-    hits = intersect(settings.shape, rays)
-    seen = np.flatnonzero(hits.found)
     environment = None
-    image = np.full((size * size, 3), BACKDROP)
     if settings.environment is not None:
         environment = surroundings.environment(settings.environment, _ENVIRONMENT_SAMPLES)
-        image = surroundings.look_up(settings.environment, rays)
     lighting = Lighting(_light(settings.light_degrees), environment, tuple(float(x) for x in EYE))
-    inputs = program.surface_inputs(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
-    image[seen] = program.draw(inputs, lighting)[:, :3]
-    return np.asarray(np.maximum(np.nan_to_num(image, nan=0.0), 0.0)).reshape(size, size, 3)
+    image = np.empty((size, size, 3), dtype=np.float32)
+    step = max(_BAND // size, 1)
+    for rows in (slice(row, row + step) for row in range(0, size, step)):
+        rays = camera_rays(size, rows)
+        image[rows] = _seen(program, settings, rays, lighting).reshape(-1, size, 3)
+    return image
+
+
+def _seen(program: SurfaceProgram, settings: Settings, rays: Array, lighting: Lighting) -> Array:
+    """Radiance that comes along rays, (rays, 3)."""
+    hits = intersect(settings.shape, rays)
+    seen = np.flatnonzero(hits.found)
+    image = np.full((len(rays), 3), BACKDROP)
+    if settings.environment is not None:
+        image = surroundings.look_up(settings.environment, rays)
+    if len(seen):
+        inputs = program.surface_inputs(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
+        image[seen] = program.draw(inputs, lighting)[:, :3]
+    return np.asarray(np.maximum(np.nan_to_num(image, nan=0.0), 0.0))
 
 
 def _light(degrees: float | None) -> PointLight | DirectionalLight:

@@ -36,14 +36,14 @@ class Hits:
     texcoord: Array
 
 
-def camera_rays(size: int) -> Array:
-    """Unit directions of the rays through the pixel centres, shape (size * size, 3), row by row from the top."""
+def camera_rays(size: int, rows: slice = slice(None)) -> Array:
+    """Unit directions of the rays through the pixel centres of some rows, shape (rows * size, 3), from the top."""
     forward = -EYE / np.linalg.norm(EYE)
     right = np.cross(forward, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
     steps = ((np.arange(size) + 0.5) / size * 2.0 - 1.0) * HALF_FIELD
-    rays = forward + steps[None, :, None] * right - steps[:, None, None] * up
+    rays = forward + steps[None, :, None] * right - steps[rows, None, None] * up
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)
 
 

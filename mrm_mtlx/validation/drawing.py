@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 # Source targets that the OpenGL driver compiles and runs.
 GL_TARGETS = ("glsl", "essl")
 
+# What to do about an image that is there and cannot be taken.
+_UNREADABLE = "Save the image again, within the limits that are named, in a format that OpenImageIO reads."
+
 
 class CheckedImages(DocumentImages):
     """The images of a document, with a finding for each that cannot be read, is missing or lies outside.
@@ -47,7 +50,7 @@ class CheckedImages(DocumentImages):
     def findings(self) -> list[Finding]:
         """Those of the files that were asked for so far."""
         missing = [found for wrong in self._missing.values() for found in wrong]
-        return missing + [finding("DOC_FILE", self._place, problem) for problem in self.problems]
+        return missing + [finding("DOC_FILE", self._place, problem, _UNREADABLE) for problem in self.problems]
 
     def of(self, shader: Shader) -> dict[str, NDArray[Any]]:
         """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out.

@@ -187,3 +187,11 @@ def test_a_full_disk_and_a_long_name_are_no_internal_errors(full_disk, tmp_path)
     done = subprocess.run([*COMMAND, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("mrm: File name too long: n")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited on Linux alone")
+def test_a_large_picture_has_the_memory_that_its_user_asked_for(gl, repository, tmp_path):
+    document = repository / "materials" / "cats_eye.mtlx"
+    command = [*COMMAND, "render", str(document), "-o", "a.png", "--size", "1536", "--shape", "plane"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert (done.returncode, done.stderr) == (0, "wrote a.png\n")

@@ -130,7 +130,8 @@ def test_the_surroundings_are_seen_behind_the_shape(rendered, rng):
     sky = rng.random((16, 32, 3))
     image = rendered(WHITE, environment=sky)
     away = ~seen("sphere")
-    assert np.array_equal(image[away], look_up(sky, camera_rays(2 * SIZE)).reshape(image.shape)[away])
+    behind = look_up(sky, camera_rays(2 * SIZE)).reshape(image.shape).astype(np.float32)
+    assert np.array_equal(image[away], behind[away])
 
 
 def test_the_surroundings_light_the_shape_on_top_of_the_light(rendered):
@@ -228,3 +229,21 @@ def test_more_exposure_is_brighter():
     shown = [float(picture.tone_map(level, exposure).max()) for exposure in (-4.0, -2.0, 0.0, 1.0)]
     assert shown == sorted(shown)
     assert len(set(shown)) == 4
+
+
+def test_a_picture_is_evaluated_in_bands_that_show_the_same(rendered, monkeypatch):
+    whole = rendered(WHITE)
+    monkeypatch.setattr(picture, "_BAND", 5 * 2 * SIZE)
+    assert np.array_equal(rendered(WHITE), whole)
+
+
+def test_a_picture_is_written_in_bands_that_show_the_same(tmp_path, rng, monkeypatch):
+    radiance = rng.random((24, 10, 3)).astype(np.float32)
+    for name in ("a.png", "a.exr"):
+        picture.write(radiance, tmp_path / name, None)
+        whole = read_image(tmp_path / name)
+        with monkeypatch.context() as patched:
+            patched.setattr(picture, "_BAND", 45)
+            picture.write(radiance, tmp_path / name, None)
+        assert whole.shape == (12, 5, 3)
+        assert np.array_equal(read_image(tmp_path / name), whole)
