@@ -281,4 +281,4 @@ def test_pixels_are_shown_as_they_are_stored(gl_clean, rng, monkeypatch, kind, c
     sampling = Sampling(mode, mode, components=read, read=read)
     found = look_up(stored, sampling, at)[:, :read]
     # Texels in the middle; a whole number becomes a float by one rounding, as does its weight.
-    np.testing.assert_allclose(found, as_read(stored, read).reshape(35, -1), rtol=2**-22, atol=1e-5)
+    np.testing.assert_allclose(found, as_read(stored, read).reshape(35, -1), rtol=2**-22)
