@@ -116,7 +116,6 @@ class ElementCheck:
         return self._steps.run(step, lambda: self._check_target(target), _lost)
 
     def _check_target(self, target: str) -> _Outcome:
-        known = len(self._images.findings)
         try:
             shader = generate(self._element, target, self._library)
         except MissingCodeError as error:
@@ -134,7 +133,7 @@ class ElementCheck:
             result, findings = check_compiles(shader, self._place)
             if target == "osl" and result.status == "pass" and not ignoring:
                 result, findings = self._compare_osl(result)
-        return _Outcome(result, findings, self._images.findings[known:], ignoring)
+        return _Outcome(result, findings, self._images.findings, ignoring)
 
     def _compare_osl(self, compiled: TargetResult) -> tuple[TargetResult, list[Finding]]:
         """The comparison in Cycles; without Cycles, or where there is none, what the compiler said."""

@@ -6,9 +6,14 @@ import pytest
 
 from mrm_mtlx.library.files import Reach
 from mrm_mtlx.library.images import read_stored
-from mrm_mtlx.shadergen import generate
+from mrm_mtlx.shadergen import generate, renderable_elements
+from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.drawing import CheckedImages
+from mrm_mtlx.validation.element import ElementCheck
 from mrm_mtlx.validation.file_checks import check_files
+from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.results import RenderableResult, TargetResult
+from mrm_mtlx.validation.steps import Steps
 
 
 def file(name: str, value: str, **attributes: str) -> str:
@@ -186,3 +191,21 @@ def test_a_set_is_drawn_with_its_first_tile(gl, check, tmp_path, picture):
     assert images("a.<UDIM>.ppm").tolist() == read_stored(tmp_path / "a.1001.ppm").tolist()
     (result,) = check(path)
     assert (result.findings, result.renderables[0].targets["glsl"].status) == ([], "pass")
+
+
+def test_an_image_that_the_shader_alone_asks_for_is_told_beside_one_that_the_reference_could_not_read(
+    make_document, folder, monkeypatch
+):
+    (folder / "damaged.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    document = make_document(LOOK.format("damaged.png") + UNLIT.format('nodename="i"'))
+
+    def draws(_shader, images, *_: object):
+        assert images("nowhere.png") is None
+        return {"": (TargetResult("compare", "pass"), [])}
+
+    monkeypatch.setattr(element_module, "check_draws", draws)
+    request = Request(folder / "x.mtlx", Reach.only(folder), "x.mtlx", ("glsl",), samples=16)
+    (material,) = renderable_elements(document)
+    told = ElementCheck(request, material, RenderableResult("m"), [], Steps()).run()
+    for name in ("damaged.png", "nowhere.png"):
+        assert [f.code for f in told if name in f.message] == ["DOC_FILE"]
