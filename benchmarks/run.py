@@ -294,12 +294,12 @@ def tolerance() -> None:
 
 def gl() -> None:
     """Samples per second through the OpenGL engine."""
+    from mrm_mtlx.conformance import cases
     from mrm_mtlx.engines import gl as engine
     from mrm_mtlx.library import load_library
     from mrm_mtlx.shadergen import generate, renderable_elements
     from mrm_mtlx.validation import sampling
     from mrm_mtlx.validation.comparison import draw
-    from mrm_mtlx.validation.conformance import cases
 
     print(f"OpenGL engine: {engine.availability().detail}, best of {REPEATS}")
     library = load_library()
@@ -354,9 +354,9 @@ _MESH = """def Mesh "m{0}" (prepend apiSchemas = ["MaterialBindingAPI"]) {{
 
 def usd() -> None:
     """Reading the materials of a stage of many prims: safe opening, translation, USD's own validators."""
+    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.formats.reading import read_document
     from mrm_mtlx.library import load_library
-    from mrm_mtlx.library.files import Reach
-    from mrm_mtlx.validation.reading import read_document
 
     materials = "".join(_MATERIAL.format(k) for k in range(MATERIALS))
     meshes = "".join(_MESH.format(k, k % MATERIALS) for k in range(PRIMS))

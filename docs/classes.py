@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.fitting.classes import MATERIALS, entrance
+from mrm_mtlx.fitting.performance import CEILINGS
 from mrm_mtlx.library import class_materials_folder, load_library
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.measured.classes import MATERIALS, entrance
-from mrm_mtlx.measured.performance import CEILINGS
 from mrm_mtlx.photometry import document_brdf
 from mrm_mtlx.photometry.report import Report, Settings, measure
 from mrm_mtlx.render import picture
 from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
+    from mrm_mtlx.fitting.classes import Material
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.measured.classes import Material
-    from mrm_mtlx.photometry.standards import Limit
+    from mrm_mtlx.standards.tables import Limit
 
 DOCS = Path(__file__).parent
 COLUMNS = 3

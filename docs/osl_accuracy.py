@@ -5,9 +5,9 @@ Needs Cycles, see `mrm doctor`; a minute on two processors.
 
 from __future__ import annotations
 
+from mrm_mtlx.conformance.approximation import MATERIALS, measure_aligned
+from mrm_mtlx.conformance.cases import NODES
 from mrm_mtlx.engines import osl
-from mrm_mtlx.validation.conformance.approximation import MATERIALS, measure_aligned
-from mrm_mtlx.validation.conformance.cases import NODES
 
 ALPHAS = (0.0025, 0.01, 0.04, 0.1, 0.16, 0.25, 0.36, 0.49, 0.64, 1.0)
 VIEWS_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)

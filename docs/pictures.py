@@ -13,14 +13,14 @@ import matplotlib as mpl
 import numpy as np
 import OpenImageIO as oiio
 
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.engines import osl
-from mrm_mtlx.interchange.formats import format_of
+from mrm_mtlx.formats.reading import read_document
+from mrm_mtlx.formats.registry import format_of
 from mrm_mtlx.library import load_library, materials_folder
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.library.images import read_image
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode, renderable_elements
-from mrm_mtlx.validation.reading import read_document
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 # The tools lie beside the package, which may be an installed one: it comes first. Worker processes take the path over.
 sys.path.append(str(Path(__file__).parents[1]))
 
+pytest_plugins = ["tests.fixtures.checks", "tests.fixtures.files"]
+
 SEED = 2026
 
 # Seconds after which a command counts as hung; the longest of the tests takes about ten.
@@ -129,7 +131,7 @@ def shared(repository: Path) -> Path:
 @pytest.fixture(scope="session")
 def documents(repository: Path) -> Path:
     """Folder with a pair of documents per rule."""
-    return repository / "tests" / "documents"
+    return repository / "tests" / "rules"
 
 
 @pytest.fixture(scope="session")

@@ -15,12 +15,18 @@ PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 LAYERS = (
     {"cli"},
     {"plots"},
-    {"validation", "render", "measured"},
-    {"interchange"},
+    {"conformance"},
+    {"validation", "render"},
+    {"fitting"},
+    {"formats"},
     {"photometry"},
+    {"measured", "standards"},
     {"engines", "reference"},
     {"shadergen"},
-    {"library", "bsdf"},
+    {"documents"},
+    {"library"},
+    {"findings"},
+    {"system", "bsdf"},
 )
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 # Heavy packages that no command may load before it needs them.

@@ -213,7 +213,7 @@ def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytes
 
 def test_the_page_of_rules_is_up_to_date() -> None:
     from mrm_mtlx.cli.rules import markdown_page
-    from mrm_mtlx.validation.catalogue import RULES
+    from mrm_mtlx.findings.catalogue import RULES
 
     page = (REPOSITORY / "docs/rules.md").read_text(encoding="utf-8")
     assert page == markdown_page(list(RULES.values())) + "\n", "run: mrm rules --markdown > docs/rules.md"
@@ -227,12 +227,15 @@ def test_links_of_the_pages_lead_somewhere(page: str) -> None:
 
 
 def test_the_limits_of_the_page_are_those_of_the_code() -> None:
-    from mrm_mtlx import limits, process_limits
-    from mrm_mtlx.interchange.gltf import container, textures
-    from mrm_mtlx.interchange.usd import layers, opening, weighing
-    from mrm_mtlx.library import document_images, images
+    from mrm_mtlx.documents import document_images, images
+    from mrm_mtlx.findings import finding as findings
+    from mrm_mtlx.formats.gltf import textures
+    from mrm_mtlx.formats.gltf.importer import container
+    from mrm_mtlx.formats.usd.opening import layers, weighing
+    from mrm_mtlx.formats.usd.opening import stage as opening
     from mrm_mtlx.measured import alta, reading, table
-    from mrm_mtlx.validation import findings, steps
+    from mrm_mtlx.system import limits, process_limits
+    from mrm_mtlx.validation import steps
     from mrm_mtlx.validation.checks import cycles
 
     mebi, gibi = 2**20, 2**30

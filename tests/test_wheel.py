@@ -34,7 +34,7 @@ def test_the_wheel_carries_the_data(wheel: Path) -> None:
     standards = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "mrm_mtlx/photometry/data").iterdir()}
     assert len(standards) == 3
     assert standards <= names
-    schemas = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "mrm_mtlx/interchange/gltf").glob("*.json")}
+    schemas = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "mrm_mtlx/formats/gltf").glob("*.json")}
     assert len(schemas) == 2
     assert schemas <= names
 

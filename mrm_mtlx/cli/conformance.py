@@ -12,7 +12,7 @@ from mrm_mtlx.cli.options import Implementation, Library, Output, Samples, Seed,
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mrm_mtlx.validation.conformance import CaseResult
+    from mrm_mtlx.conformance import CaseResult
 
 
 def register(app: typer.Typer) -> None:
@@ -34,9 +34,9 @@ def conformance(
     """
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.options import chosen_targets, write_report
+    from mrm_mtlx.conformance import SCHEMA, TARGETS, run
     from mrm_mtlx.engines.osl import RuntimeFailure
     from mrm_mtlx.library import Origin
-    from mrm_mtlx.validation.conformance import SCHEMA, TARGETS, run
     from mrm_mtlx.validation.reports import finite
     from mrm_mtlx.validation.runner import engines, versions
 

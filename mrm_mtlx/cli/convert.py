@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrm_mtlx.cli.options import Roots, Timeout, refuse_missing_folder
-from mrm_mtlx.process_limits import TIME_LIMIT_S
+from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from mrm_mtlx.cli.openmaterial import Options
-    from mrm_mtlx.interchange.imported import Remark
-    from mrm_mtlx.validation.findings import Finding
+    from mrm_mtlx.documents.document import Remark
+    from mrm_mtlx.findings.finding import Finding
 
 
 class FormatName(StrEnum):
@@ -23,7 +23,7 @@ class FormatName(StrEnum):
     OPENMATERIAL = "openmaterial"
 
 
-# The ending of OpenMATERIAL's files; the other formats are in the table of `interchange.formats`.
+# The ending of OpenMATERIAL's files; the other formats are in the table of `formats.registry`.
 OPENMATERIAL_SUFFIX = ".json"
 
 
@@ -102,10 +102,10 @@ def _refuse(options: Options) -> None:
 def _translate(path: Path, output: Path, roots: list[Path] | None, *, force: bool) -> None:
     """Read a file of one format, write one of another; what is lost goes to stderr."""
     from mrm_mtlx.cli.documents import open_document, print_findings
-    from mrm_mtlx.interchange.formats import DOCUMENT, SUFFIXES, format_of
-    from mrm_mtlx.interchange.imported import NothingToWriteError, UnreadableError
+    from mrm_mtlx.documents.document import NothingToWriteError, UnreadableError
+    from mrm_mtlx.findings.finding import Severity, finding
+    from mrm_mtlx.formats.registry import DOCUMENT, SUFFIXES, format_of
     from mrm_mtlx.library import load_library
-    from mrm_mtlx.validation.findings import Severity, finding
 
     form, source = format_of(output), format_of(path) or DOCUMENT
     if form is None:

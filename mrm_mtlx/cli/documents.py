@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 
 from mrm_mtlx.cli import supervision
-from mrm_mtlx.text import printable
+from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
-    from mrm_mtlx.interchange.imported import Imported
+    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
     from mrm_mtlx.validation.drawing import CheckedImages
-    from mrm_mtlx.validation.findings import Finding
 
 
 class OpenDocument(NamedTuple):
@@ -48,12 +48,12 @@ def open_document(
         With status 1 and the findings on stderr, if the document cannot be read or is broken; with 3, if it has nothing
         to render.
     """
-    from mrm_mtlx.library.files import Reach
+    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import blocks, capped, finding
+    from mrm_mtlx.formats.reading import ReadError, in_file, read_document
     from mrm_mtlx.shadergen import renderable_elements
     from mrm_mtlx.validation.file_checks import check_files
-    from mrm_mtlx.validation.findings import blocks, capped, finding
     from mrm_mtlx.validation.graph_checks import check_graph
-    from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 
     supervision.opening(path)
     if path.is_dir():

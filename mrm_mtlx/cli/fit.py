@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mrm_mtlx.cli.options import Seed, TableFormat
-from mrm_mtlx.text import printable
+from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mrm_mtlx.fitting.fit import Settings
+    from mrm_mtlx.fitting.report import Report
     from mrm_mtlx.measured import CoefficientSamples, Measurement
-    from mrm_mtlx.measured.fit import Settings
-    from mrm_mtlx.measured.report import Report
 
 
 class ModelName(StrEnum):
@@ -193,7 +193,7 @@ def _check_positive(options: dict[str, float | None]) -> None:
 
 
 def _settings(loss: LossName | None, scale: float | None, seed: int, default: str) -> Settings:
-    from mrm_mtlx.measured.fit import Settings
+    from mrm_mtlx.fitting.fit import Settings
 
     return Settings(loss=loss.value if loss else default, scale=scale, seed=seed)
 
@@ -254,10 +254,10 @@ def _fit_brdf(
 ) -> Report:
     """The family that the data ask for, or the paper's."""
     from mrm_mtlx.cli.console import progress
-    from mrm_mtlx.measured import fit as fitting
-    from mrm_mtlx.measured.model import Family
-    from mrm_mtlx.measured.report import Report
-    from mrm_mtlx.measured.samples import doubts, from_measurement
+    from mrm_mtlx.fitting import fit as fitting
+    from mrm_mtlx.fitting.model import Family
+    from mrm_mtlx.fitting.report import Report
+    from mrm_mtlx.fitting.samples import doubts, from_measurement
 
     around, theta_max = options["--around"], options["--theta-max"]
     cosine = options["--cosine"] or CosineName.LIGHT
@@ -294,9 +294,9 @@ def _fit_coefficients(
     criterion: CriterionName | None,
 ) -> Report:
     from mrm_mtlx.cli.console import progress
-    from mrm_mtlx.measured import fit as fitting
-    from mrm_mtlx.measured.report import Report
-    from mrm_mtlx.measured.samples import from_coefficients
+    from mrm_mtlx.fitting import fit as fitting
+    from mrm_mtlx.fitting.report import Report
+    from mrm_mtlx.fitting.samples import from_coefficients
 
     try:
         samples = from_coefficients(measured)
@@ -330,7 +330,7 @@ def _command(data: Path | None, coefficients: Sequence[str] | None, options: dic
 def _write(report: Report, output: Path, name: str | None, command: str) -> None:
     from mrm_mtlx import __version__
     from mrm_mtlx.cli.options import write_file
-    from mrm_mtlx.measured.document import material_name, write
+    from mrm_mtlx.fitting.document import material_name, write
 
     notes = report.notes({"mrm-mtlx": __version__})
     title = material_name(name or output.stem)
@@ -373,9 +373,9 @@ def _fit_classes(output: Path, of_class: dict[str, Any], form: TableFormat, *, e
     """Materials that meet the minima of one class, or of all whose make is known."""
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.options import write_file
-    from mrm_mtlx.measured import classes
-    from mrm_mtlx.measured.performance import MARGIN, meet
-    from mrm_mtlx.photometry import limits
+    from mrm_mtlx.fitting import classes
+    from mrm_mtlx.fitting.performance import MARGIN, meet
+    from mrm_mtlx.standards import limits
 
     if form is not TableFormat.TEXT:
         raise typer.BadParameter("not with classes; mrm photometry reports values and limits", param_hint="--format")

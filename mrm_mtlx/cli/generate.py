@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Timeout
-from mrm_mtlx.process_limits import TIME_LIMIT_S
-from mrm_mtlx.text import printable
+from mrm_mtlx.system.process_limits import TIME_LIMIT_S
+from mrm_mtlx.system.text import printable
 
 
 def register(app: typer.Typer) -> None:
@@ -62,7 +62,7 @@ def generate(
 
 def _write(sources: dict[str, str], folder: Path) -> None:
     """Write files into a folder, which is made, all or none."""
-    from mrm_mtlx.library.writing import FileSet
+    from mrm_mtlx.system.writing import FileSet
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mrm_mtlx import __version__, process_limits
+from mrm_mtlx import __version__
 from mrm_mtlx.cli import (
     conformance,
     convert,
@@ -25,7 +25,8 @@ from mrm_mtlx.cli import (
     validate,
     vectors,
 )
-from mrm_mtlx.text import printable, text_lines
+from mrm_mtlx.system import process_limits
+from mrm_mtlx.system.text import printable, text_lines
 
 # What a user can mend: no room where the output goes, or a name that no file can have.
 _USERS_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG)
@@ -110,7 +111,7 @@ def _tell(death: supervision.Death) -> int:
 
 def _print_finding(code: str, message: str) -> None:
     from mrm_mtlx.cli.documents import print_findings
-    from mrm_mtlx.validation.findings import finding
+    from mrm_mtlx.findings.finding import finding
 
     print_findings([finding(code, "", message)])
 

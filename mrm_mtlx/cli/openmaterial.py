@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import typer
 
 if TYPE_CHECKING:
-    from mrm_mtlx.interchange.openmaterial import Geometry, OpenMaterialFile
+    from mrm_mtlx.formats.openmaterial import Geometry, OpenMaterialFile
     from mrm_mtlx.photometry.coefficients import Brdf
 
 # R_A of a file and of a document that are called equal: labs state some percent, files a few digits.
@@ -34,7 +34,7 @@ def convert(path: Path, output: Path | None, options: Options, roots: list[Path]
     typer.BadParameter, typer.Exit
         If the call or a file is wrong; Exit with 1 also if the values differ.
     """
-    from mrm_mtlx.interchange import openmaterial
+    from mrm_mtlx.formats import openmaterial
 
     into, at, compare, observation, entrance, element = options
     if at is not None and into is None:
@@ -64,7 +64,7 @@ def convert(path: Path, output: Path | None, options: Options, roots: list[Path]
 
 
 def _geometry(observation: float | None, entrance: float | None, default: Geometry) -> Geometry:
-    from mrm_mtlx.interchange.openmaterial import Geometry
+    from mrm_mtlx.formats.openmaterial import Geometry
 
     given = Geometry(
         default.observation_deg if observation is None else observation,
@@ -96,7 +96,7 @@ def _brdf(path: Path, element: str | None, roots: list[Path] | None) -> Brdf:
 
 def _compare(file: OpenMaterialFile, path: Path, brdf: Brdf, geometry: Geometry) -> None:
     """Print both values; exit status 1 if they differ."""
-    from mrm_mtlx.interchange import openmaterial
+    from mrm_mtlx.formats import openmaterial
 
     if file.block is None:
         raise typer.BadParameter(f"{path.name} has no {openmaterial.BLOCK}", param_hint="--compare")

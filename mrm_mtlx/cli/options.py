@@ -137,7 +137,7 @@ def write_file(path: Path, text: str) -> None:
     typer.BadParameter
         If it cannot be written.
     """
-    from mrm_mtlx.library.writing import replacing
+    from mrm_mtlx.system.writing import replacing
 
     try:
         with replacing(path) as unfinished:

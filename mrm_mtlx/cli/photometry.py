@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrm_mtlx.cli.options import Output, Roots, TableFormat, Timeout
-from mrm_mtlx.process_limits import TIME_LIMIT_S
-from mrm_mtlx.text import printable
+from mrm_mtlx.system.process_limits import TIME_LIMIT_S
+from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.photometry.coefficients import Brdf
     from mrm_mtlx.photometry.forms import DocumentReport
     from mrm_mtlx.photometry.report import Report, Settings
-    from mrm_mtlx.photometry.standards import Limit
+    from mrm_mtlx.standards.tables import Limit
 
 # What --standard takes besides names.
 LIST = "list"
@@ -159,7 +159,7 @@ def _check_angles(option: str, angles: list[float] | None, largest: float, small
 
 
 def _limits(standard: str | None, class_name: str | None, colour: str | None) -> list[Limit]:
-    from mrm_mtlx.photometry import limits
+    from mrm_mtlx.standards import limits
 
     if standard is None and class_name is None:
         if colour is not None:

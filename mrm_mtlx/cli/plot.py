@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mrm_mtlx.cli.options import Roots, Timeout, refuse_missing_folder
-from mrm_mtlx.process_limits import TIME_LIMIT_S
+from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, Timeout, refuse_missing_folder
-from mrm_mtlx.process_limits import TIME_LIMIT_S
-from mrm_mtlx.text import printable
+from mrm_mtlx.system.process_limits import TIME_LIMIT_S
+from mrm_mtlx.system.text import printable
 
 
 class ShapeName(StrEnum):
@@ -76,11 +76,11 @@ def render(
     from mrm_mtlx.cli import supervision
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.documents import open_document
+    from mrm_mtlx.documents.document_images import ImagesTooLargeError
+    from mrm_mtlx.documents.images import read_image
     from mrm_mtlx.engines import gl, osl
     from mrm_mtlx.engines.compile_error import CompileError
     from mrm_mtlx.library import Origin, load_library
-    from mrm_mtlx.library.document_images import ImagesTooLargeError
-    from mrm_mtlx.library.images import read_image
     from mrm_mtlx.render import path_traced, picture
     from mrm_mtlx.shadergen import GenerationError, OslMode
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from mrm_mtlx.validation.findings import Rule
+    from mrm_mtlx.findings.finding import Rule
 
 
 def register(app: typer.Typer) -> None:
@@ -21,7 +21,7 @@ def rules(
     markdown: Annotated[bool, typer.Option("--markdown", help="Print docs/rules.md.")] = False,
 ) -> None:
     """List the rules, or explain those whose code starts with CODE."""
-    from mrm_mtlx.validation.catalogue import RULES
+    from mrm_mtlx.findings.catalogue import RULES
 
     if markdown:
         typer.echo(markdown_page(list(RULES.values())))

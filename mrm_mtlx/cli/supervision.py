@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx import process_limits
+from mrm_mtlx.system import process_limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Roots, Samples, Seed, Targets
-from mrm_mtlx.process_limits import TIME_LIMIT_S
-from mrm_mtlx.text import printable
+from mrm_mtlx.system.process_limits import TIME_LIMIT_S
+from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -84,7 +84,7 @@ def validate(
 
 
 def _codes(codes: list[str] | None, option: str) -> tuple[str, ...]:
-    from mrm_mtlx.validation.catalogue import RULES
+    from mrm_mtlx.findings.catalogue import RULES
 
     for code in codes or ():
         if not any(rule.startswith(code) for rule in RULES):

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.engines.availability import Availability
-from mrm_mtlx.library.console import silenced
-from mrm_mtlx.text import text_lines
+from mrm_mtlx.system.console import silenced
+from mrm_mtlx.system.text import text_lines
 
 if TYPE_CHECKING:
     from mrm_mtlx.shadergen import Shader

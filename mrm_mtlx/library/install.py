@@ -10,7 +10,7 @@ import MaterialX as mx
 from mrm_mtlx.library.load import load_library, materialx_version
 from mrm_mtlx.library.paths import node_library_folder
 from mrm_mtlx.library.surface_models import SURFACE_MODELS, extensions_alone
-from mrm_mtlx.library.writing import FileSet
+from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
     from pathlib import Path

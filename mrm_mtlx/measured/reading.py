@@ -8,7 +8,7 @@ from mrm_mtlx.measured.alta import read_alta
 from mrm_mtlx.measured.merl import is_merl, read_merl
 from mrm_mtlx.measured.table import is_table, read_table
 from mrm_mtlx.measured.text import MAXIMUM_BYTES, opened
-from mrm_mtlx.text import text_lines
+from mrm_mtlx.system.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -23,7 +23,7 @@ import numpy as np
 
 from mrm_mtlx.measured.measurement import GRAZING, CoefficientSamples, Measurement
 from mrm_mtlx.measured.text import MAXIMUM_BYTES, MAXIMUM_SAMPLES, LineError, finite, lines, located, opened, shown
-from mrm_mtlx.text import text_lines
+from mrm_mtlx.system.text import text_lines
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
-from mrm_mtlx import text
+from mrm_mtlx.system import text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

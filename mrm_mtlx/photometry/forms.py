@@ -12,13 +12,13 @@ import numpy as np
 from mrm_mtlx import __version__
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.report import RETURNED_ENTRANCE_DEG
-from mrm_mtlx.photometry.standards import MISSING, boxes, classes, limits, notes, standards
+from mrm_mtlx.standards.tables import MISSING, boxes, classes, limits, notes, standards
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mrm_mtlx.photometry.report import Cell, Chromaticity, Report, Settings
-    from mrm_mtlx.photometry.standards import Limit
+    from mrm_mtlx.standards.tables import Limit
 
 SCHEMA = "mrm.photometry/1"
 LIST_SCHEMA = "mrm.photometry.standards/1"

@@ -15,7 +15,7 @@ from mrm_mtlx.photometry.coefficients import (
     r_l,
     retroreflected_fraction,
 )
-from mrm_mtlx.photometry.standards import boxes
+from mrm_mtlx.standards.tables import boxes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.photometry.coefficients import Brdf
-    from mrm_mtlx.photometry.standards import Box, Limit
+    from mrm_mtlx.standards.tables import Box, Limit
 
 # Geometries where no class is asked for [degrees]: those of the classes, along the normal, and beyond them.
 OBSERVATIONS_DEG = (0.1, 0.2, 0.33, 0.5, 1.0, 2.0)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.photometry.coefficients import Brdf
     from mrm_mtlx.photometry.report import Settings
-    from mrm_mtlx.photometry.standards import Limit
+    from mrm_mtlx.standards.tables import Limit
 
 # Curves where no class is asked for: an even choice of what reports have [degrees].
 _OBSERVATIONS_DEG = (0.2, 0.5, 1.0, 2.0)

@@ -15,8 +15,8 @@ from matplotlib.lines import Line2D
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import LogLocator, MaxNLocator, MultipleLocator, NullFormatter
 
-from mrm_mtlx.library.writing import replacing
 from mrm_mtlx.plots import style
+from mrm_mtlx.system.writing import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

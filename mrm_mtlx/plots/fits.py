@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.measured.measurement import SAME_LIGHT
-from mrm_mtlx.photometry import Limit, surface_brdf
+from mrm_mtlx.photometry import surface_brdf
 from mrm_mtlx.photometry.report import Settings
 from mrm_mtlx.plots import coefficients
 from mrm_mtlx.plots.documents import surface_curve
 from mrm_mtlx.plots.paper import Panel
+from mrm_mtlx.standards import Limit
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.reference.graph import defining_graph
+from mrm_mtlx.documents.graph import defining_graph
 from mrm_mtlx.reference.nodes import NODES
 from mrm_mtlx.reference.survey import Survey
 

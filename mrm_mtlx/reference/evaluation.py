@@ -12,23 +12,17 @@ from typing import TYPE_CHECKING, Any, cast
 import MaterialX as mx
 import numpy as np
 
+from mrm_mtlx.documents.constants import nothing_given, numbers, unit_scale
+from mrm_mtlx.documents.graph import Scope, binding, defining_graph, interface_input, source
+from mrm_mtlx.documents.interfaces import file_space, is_passed_over, value_space
 from mrm_mtlx.library.color_spaces import color_transform
 from mrm_mtlx.reference.closures import Closure, Environment, Facets, Light, Mode, Model
 from mrm_mtlx.reference.closures.light import unit
-from mrm_mtlx.reference.constants import nothing_given, numbers, unit_scale
 from mrm_mtlx.reference.deviations import Deviation
-from mrm_mtlx.reference.graph import (
-    Scope,
-    binding,
-    defining_graph,
-    interface_input,
-    source,
-)
-from mrm_mtlx.reference.interfaces import file_space, is_passed_over, value_space
+from mrm_mtlx.reference.float32.rounding import EXACT, VIEW, Move, value_sign
 from mrm_mtlx.reference.models import OTHER_NUMBERS, SAME_MODEL
 from mrm_mtlx.reference.node_inputs import NodeInputs
 from mrm_mtlx.reference.nodes import NODES
-from mrm_mtlx.reference.rounding import EXACT, VIEW, Move, value_sign
 from mrm_mtlx.reference.sharing import NotingLight, Values
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from mrm_mtlx.documents.graph import Scope, connected_node, source
 from mrm_mtlx.reference.closures import Closure, Facets, Light, nothing
-from mrm_mtlx.reference.graph import Scope, connected_node, source
 from mrm_mtlx.reference.nodes import ShaderValue
 
 if TYPE_CHECKING:

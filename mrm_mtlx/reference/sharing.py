@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast
 
 from mrm_mtlx.reference.closures import Light
-from mrm_mtlx.reference.rounding import EXACT, LIGHT_DIRECTION, VIEW, Move
+from mrm_mtlx.reference.float32.rounding import EXACT, LIGHT_DIRECTION, VIEW, Move
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -10,14 +10,12 @@ import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.bsdf.blocks import BLOCK, processors
+from mrm_mtlx.documents.graph import Scope, connected_node, shown
 from mrm_mtlx.reference.closures import Facets, Model
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.display import CHANNELS, SHADERS, displayed
 from mrm_mtlx.reference.evaluation import LIGHT, Evaluation, Illumination
-from mrm_mtlx.reference.graph import Scope, connected_node, shown
-from mrm_mtlx.reference.nodes import ShaderValue
-from mrm_mtlx.reference.points import ShadingPoints
-from mrm_mtlx.reference.rounding import (
+from mrm_mtlx.reference.float32.rounding import (
     EXACT,
     OUTPUT_ROUNDINGS,
     SMALLEST,
@@ -31,6 +29,8 @@ from mrm_mtlx.reference.rounding import (
     opposite_moves,
     range_moves,
 )
+from mrm_mtlx.reference.nodes import ShaderValue
+from mrm_mtlx.reference.points import ShadingPoints
 from mrm_mtlx.reference.survey import Survey, UnsupportedError
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
+from mrm_mtlx.documents.graph import connected_node, defining_graph
 from mrm_mtlx.library.color_spaces import is_handled
-from mrm_mtlx.limits import MAXIMUM_NODES
-from mrm_mtlx.reference.graph import connected_node, defining_graph
 from mrm_mtlx.reference.nodes import NODES
+from mrm_mtlx.system.limits import MAXIMUM_NODES
 
 # Graphs deeper than this are refused. Counted are nodes, and what a graph's interface depends on comes on top of the
 # graph: the deepest of the standard library, `ramp`, has 269.

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.documents.document_images import refuse_excess
+from mrm_mtlx.documents.filenames import filenames, rename_files
 from mrm_mtlx.engines import osl
-from mrm_mtlx.library.document_images import refuse_excess
-from mrm_mtlx.library.filenames import filenames, rename_files
 from mrm_mtlx.render import picture
 from mrm_mtlx.render.meshes import mesh
 from mrm_mtlx.render.shapes import EYE, HALF_FIELD
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.library.files import Reach
     from mrm_mtlx.render.picture import Settings
 
 # Paths per pixel of one request to Cycles: the pace of the progress bar.

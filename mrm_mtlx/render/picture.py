@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.documents.document_images import DocumentImages
+from mrm_mtlx.documents.files import is_left_open, names_nothing
+from mrm_mtlx.documents.images import srgb_encoded, write_image
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
-from mrm_mtlx.library.document_images import DocumentImages
-from mrm_mtlx.library.files import is_left_open, names_nothing
-from mrm_mtlx.library.images import srgb_encoded, write_image
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.library.files import Reach
 
 # Samples per pixel along each axis.
 OVERSAMPLING = 2

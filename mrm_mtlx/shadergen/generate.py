@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from MaterialX import PyMaterialXGenShader as mx_gen
 
-from mrm_mtlx.library.console import silenced
 from mrm_mtlx.shadergen.coverage import of_two_transforms, without_code
 from mrm_mtlx.shadergen.names import shader_name
 from mrm_mtlx.shadergen.targets import TARGETS, Target
+from mrm_mtlx.system.console import silenced
 
 if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary

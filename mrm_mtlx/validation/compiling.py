@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.engines import compilers, osl
-from mrm_mtlx.validation.findings import finding
+from mrm_mtlx.findings.finding import finding
 from mrm_mtlx.validation.results import TargetResult
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from mrm_mtlx.engines.availability import Availability
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.shadergen import Shader
-    from mrm_mtlx.validation.findings import Finding
 
 # Why targets end at the source: no compiler for them runs here.
 _NO_COMPILER = {

@@ -7,22 +7,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.documents.flattening import TooManyNodesError
+from mrm_mtlx.findings.finding import blocks, capped, finding
+from mrm_mtlx.formats.reading import ReadError, in_file, read_document
 from mrm_mtlx.library import load_library
-from mrm_mtlx.library.flattening import TooManyNodesError
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.checks.scope import nothing_to_render
 from mrm_mtlx.validation.element import ElementCheck, ElementSweep
 from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.findings import blocks, capped, finding
 from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.reading import ReadError, in_file, read_document
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.retro_sweep import flattened
 from mrm_mtlx.validation.steps import READING, Step, Steps
 
 if TYPE_CHECKING:
-    from mrm_mtlx.validation.findings import Finding
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.validation.request import Request
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.documents.interfaces import value_space
 from mrm_mtlx.reference.deviations import Deviation
-from mrm_mtlx.reference.interfaces import value_space
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

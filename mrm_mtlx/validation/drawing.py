@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError
 from mrm_mtlx.engines import gl
-from mrm_mtlx.library.document_images import DocumentImages, ImagesTooLargeError
+from mrm_mtlx.findings.finding import finding
 from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.file_checks import check_image
-from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.results import TargetResult
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from mrm_mtlx.library.files import Reach
+    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.shadergen import Shader
     from mrm_mtlx.validation.comparison import Comparison
     from mrm_mtlx.validation.expectation import Expectation
-    from mrm_mtlx.validation.findings import Finding
     from mrm_mtlx.validation.mending import Mended
 
 # Source targets that the OpenGL driver compiles and runs.

@@ -6,18 +6,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.documents.elements import location
 from mrm_mtlx.engines import osl
+from mrm_mtlx.findings.catalogue import ALBEDO_BOUND, STEEP_DEGREES
+from mrm_mtlx.findings.finding import finding
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
 from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.catalogue import ALBEDO_BOUND, STEEP_DEGREES
-from mrm_mtlx.validation.checks.elements import location
 from mrm_mtlx.validation.compiling import check_compiles
 from mrm_mtlx.validation.drawing import GL_TARGETS, CheckedImages, check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.mending import mended_shaders
 from mrm_mtlx.validation.osl_light import compare_in_osl
@@ -26,8 +26,8 @@ from mrm_mtlx.validation.retro_sweep import variants
 from mrm_mtlx.validation.steps import Step
 
 if TYPE_CHECKING:
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.shadergen import Shader
-    from mrm_mtlx.validation.findings import Finding
     from mrm_mtlx.validation.request import Request
     from mrm_mtlx.validation.retro_sweep import Variant
     from mrm_mtlx.validation.steps import Steps

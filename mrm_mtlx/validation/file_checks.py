@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import MaterialX as mx
 
-from mrm_mtlx.library.filenames import filename_of
-from mrm_mtlx.library.files import is_left_open, names_nothing, names_tiles
-from mrm_mtlx.validation.checks.elements import is_connected, location, nodes_of
-from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.documents.elements import is_connected, location, nodes_of
+from mrm_mtlx.documents.filenames import filename_of
+from mrm_mtlx.documents.files import is_left_open, names_nothing, names_tiles
+from mrm_mtlx.findings.finding import Finding, finding
 from mrm_mtlx.validation.source_checks import check_sources
 
 if TYPE_CHECKING:
+    from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.library.files import Reach
 
 
 def check_files(document: mx.Document, reach: Reach, library: DataLibrary) -> list[Finding]:

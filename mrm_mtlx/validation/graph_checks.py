@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.findings.finding import Finding, Severity, finding
 from mrm_mtlx.validation.checks.color_spaces import check_color_spaces
 from mrm_mtlx.validation.checks.connections import check_connection, check_graph_output
 from mrm_mtlx.validation.checks.cycles import check_cycles
@@ -16,7 +17,6 @@ from mrm_mtlx.validation.checks.nodes import Spelling, check_node, check_propert
 from mrm_mtlx.validation.checks.scope import check_scope
 from mrm_mtlx.validation.checks.size import check_size
 from mrm_mtlx.validation.checks.values import check_form
-from mrm_mtlx.validation.findings import Finding, Severity, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

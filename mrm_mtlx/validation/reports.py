@@ -8,8 +8,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
-from mrm_mtlx.text import printable, text_lines
-from mrm_mtlx.validation.findings import Severity
+from mrm_mtlx.findings.finding import Severity
+from mrm_mtlx.system.text import printable, text_lines
 
 if TYPE_CHECKING:
     from mrm_mtlx.validation.results import DocumentResult, ValidationResult

@@ -10,7 +10,7 @@ from mrm_mtlx.library import Origin
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from mrm_mtlx.library.files import Reach
+    from mrm_mtlx.documents.files import Reach
 
 
 @dataclass(frozen=True)

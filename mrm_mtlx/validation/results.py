@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mrm_mtlx.validation.findings import Finding, Severity
+    from mrm_mtlx.findings.finding import Finding, Severity
 
 
 @dataclass

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.documents.elements import location, nodes_of
+from mrm_mtlx.documents.graph import defining_graph
+from mrm_mtlx.findings.catalogue import NARROWEST_ALPHA
+from mrm_mtlx.findings.finding import Finding, finding
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES, PARTIAL_NODES, amount_input
 from mrm_mtlx.reference import constant_input, narrowest_width
-from mrm_mtlx.reference.graph import defining_graph
-from mrm_mtlx.validation.catalogue import NARROWEST_ALPHA
-from mrm_mtlx.validation.checks.elements import location, nodes_of
-from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

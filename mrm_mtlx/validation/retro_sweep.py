@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.library.flattening import flatten
+from mrm_mtlx.documents.flattening import flatten
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES
 from mrm_mtlx.validation.retro_checks import is_retroreflective
 
@@ -55,7 +55,7 @@ def flattened(document: mx.Document) -> mx.Document:
     Raises
     ------
     ValueError
-        As `library.flattening`.
+        As `documents.flattening`.
     """
     copy = document.copy()
     for graph in [copy, *(c for c in copy.getChildren() if c.isA(mx.NodeGraph) and not c.getNodeDefString())]:

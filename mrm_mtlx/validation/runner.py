@@ -15,10 +15,11 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx import __version__, process_limits
-from mrm_mtlx.interchange.formats import SUFFIXES
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx import __version__
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.formats.registry import SUFFIXES
+from mrm_mtlx.system import process_limits
 from mrm_mtlx.validation.request import Request
 from mrm_mtlx.validation.results import DocumentResult, ValidationResult
 from mrm_mtlx.validation.steps import READING, Steps, add_lost, error_reason, lost_finding, read_record

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.library.files import Reach, read_regular
-from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
-from mrm_mtlx.text import printable
-from mrm_mtlx.validation.checks.elements import location
-from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.documents.elements import location
+from mrm_mtlx.documents.files import Reach, read_regular
+from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
+from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,8 +11,8 @@ import pickle
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from mrm_mtlx import process_limits
-from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.system import process_limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable

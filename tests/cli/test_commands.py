@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from mrm_mtlx.engines.availability import Availability
+from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.library import node_library_folder
 from mrm_mtlx.library.surface_models import SURFACE_MODELS, Extension
 from mrm_mtlx.shadergen import TARGETS
-from mrm_mtlx.validation.catalogue import RULES
 
 # `mrm rules` ----------------------------------------------------------------------------------------------------------
 

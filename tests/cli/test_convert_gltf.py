@@ -10,7 +10,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.documents.images import read_image
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.validation.runner import documents_of
 
 MATERIALS = Path(__file__).parents[2] / "materials"
-PICTURE = Path(__file__).parents[1] / "documents" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"
+PICTURE = Path(__file__).parents[1] / "rules" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"
 PLATE = MATERIALS / "licence_plate.mtlx"
 
 

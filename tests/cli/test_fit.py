@@ -11,8 +11,8 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
+from mrm_mtlx.fitting.model import Evaluator, Family
 from mrm_mtlx.measured import read
-from mrm_mtlx.measured.model import Evaluator, Family
 from mrm_mtlx.photometry import coefficient, document_brdf, luminance
 
 HEADER = "theta_l_deg, theta_v_deg, dphi_deg, f_per_sr\n"

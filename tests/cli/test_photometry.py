@@ -13,7 +13,7 @@ import pytest
 
 from mrm_mtlx.cli import photometry
 from mrm_mtlx.photometry.color import METHODS
-from mrm_mtlx.photometry.standards import MISSING, classes, standards
+from mrm_mtlx.standards.tables import MISSING, classes, standards
 
 MATERIALS = Path(__file__).parents[2] / "materials"
 WHITE_TAPE = MATERIALS / "conspicuity_tape_white.mtlx"

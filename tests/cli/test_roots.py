@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-PICTURE = Path(__file__).parents[1] / "documents" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"
+PICTURE = Path(__file__).parents[1] / "rules" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"
 DOCUMENT = """<?xml version="1.0"?>
 <materialx version="1.39" colorspace="lin_rec709">
   <image name="i" type="color3"><input name="file" type="filename" value="{}" /></image>

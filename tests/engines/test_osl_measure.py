@@ -10,7 +10,7 @@ import pytest
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.osl import measure, process
-from mrm_mtlx.reference.precision import FAST_EXPONENTIAL
+from mrm_mtlx.reference.float32.precision import FAST_EXPONENTIAL
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,7 +22,7 @@ import pytest
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.process import RuntimeFailure
-from mrm_mtlx.library.writing import replacing
+from mrm_mtlx.system.writing import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

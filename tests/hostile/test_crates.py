@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Vt
 
-from mrm_mtlx.interchange.imported import UnreadableError
-from mrm_mtlx.interchange.usd import crate_packing, crate_values, layers, read
-from mrm_mtlx.interchange.usd.crate_packing import summed, unpacked
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.validation.reading import read_reference
+from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.formats.reading import read_reference
+from mrm_mtlx.formats.usd import read
+from mrm_mtlx.formats.usd.opening import crate_packing, crate_values, layers
+from mrm_mtlx.formats.usd.opening.crate_packing import summed, unpacked
 
 TEXT = """#usda 1.0
 (

@@ -7,8 +7,8 @@ import subprocess
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library.flattening import Sizes, TooManyNodesError, flatten
-from mrm_mtlx.limits import MAXIMUM_NODES
+from mrm_mtlx.documents.flattening import Sizes, TooManyNodesError, flatten
+from mrm_mtlx.system.limits import MAXIMUM_NODES
 
 # Of definitions that use each other twice: a million nodes.
 TWENTY = 20

@@ -14,13 +14,13 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from mrm_mtlx.interchange.formats import format_of
-from mrm_mtlx.interchange.imported import Imported
-from mrm_mtlx.library import document_images, images
-from mrm_mtlx.library.console import silenced
-from mrm_mtlx.library.document_images import DocumentImages, ImagesTooLargeError, refuse_excess
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.library.images import as_read, read_image, read_stored, stored_bytes, write_image
+from mrm_mtlx.documents import document_images, images
+from mrm_mtlx.documents.document import Imported
+from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError, refuse_excess
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.images import as_read, read_image, read_stored, stored_bytes, write_image
+from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.system.console import silenced
 
 if TYPE_CHECKING:
     from pathlib import Path

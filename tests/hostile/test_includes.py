@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.validation.reading import ReadError, read_document
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.formats.reading import ReadError, read_document
 
 
 def part(elements: str) -> str:

@@ -11,13 +11,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mrm_mtlx.interchange.formats import format_of
-from mrm_mtlx.interchange.imported import Imported, UnreadableError
-from mrm_mtlx.interchange.usd import packages, read
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.library.images import write_image
+from mrm_mtlx.documents.document import Imported, UnreadableError
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.images import write_image
+from mrm_mtlx.formats.reading import read_reference
+from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.usd import read
+from mrm_mtlx.formats.usd.opening import packages
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.reading import read_reference
 from mrm_mtlx.validation.request import Request
 
 LAYER = "#usda 1.0\n"

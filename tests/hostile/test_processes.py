@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mrm_mtlx import process_limits
+from mrm_mtlx.system import process_limits
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals and forks are a matter of POSIX")
 
@@ -147,7 +147,7 @@ def wait_for(condition) -> None:
 
 
 def test_a_surface_that_kills_its_process_loses_one_target_and_nothing_else(gl, repository, tmp_path):
-    document = repository / "tests" / "documents" / "CHECK_CRASHED" / "triggers.mtlx"
+    document = repository / "tests" / "rules" / "CHECK_CRASHED" / "triggers.mtlx"
     targets = ("--target", "mdl", "--target", "glsl", "--target", "osl")
     command = [*COMMAND, "validate", str(document), *targets, "--format", "json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -30,7 +30,7 @@ def test_the_material_of_these_tests_is_without_fault(place, document_text: Call
 
 
 def test_pictures_of_these_tests_can_be_read(place) -> None:
-    from mrm_mtlx.library.images import read_image
+    from mrm_mtlx.documents.images import read_image
 
     for name in ("p.png", "p.exr", "p.jpg", "p.hdr", "p.tif"):
         path: Path = place.picture(name, 8)

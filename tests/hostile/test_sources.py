@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mrm_mtlx.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
+from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 
 DUST = "void dust(out float x) { x = 0.5; }\n"
 INCLUDING = '<?xml version="1.0"?><materialx version="1.39"><xi:include href="parts/m.mtlx"/></materialx>'

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mrm_mtlx.cli.main import command
-from mrm_mtlx.text import printable, text_lines
+from mrm_mtlx.findings.finding import finding
+from mrm_mtlx.system.text import printable, text_lines
 from mrm_mtlx.validation import reports
-from mrm_mtlx.validation.findings import finding
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult, ValidationResult
 
@@ -32,7 +32,7 @@ def unseen(text: str) -> set[str]:
 @pytest.fixture
 def metal(repository, tmp_path):
     """A document without fault."""
-    return shutil.copy(repository / "tests" / "documents" / "READ_XML" / "passes.mtlx", tmp_path / "metal.mtlx")
+    return shutil.copy(repository / "tests" / "rules" / "READ_XML" / "passes.mtlx", tmp_path / "metal.mtlx")
 
 
 @pytest.fixture

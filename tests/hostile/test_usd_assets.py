@@ -13,11 +13,11 @@ from functools import partial
 import pytest
 from pxr import Sdf
 
-from mrm_mtlx.interchange.imported import UnreadableError
-from mrm_mtlx.interchange.usd import read
-from mrm_mtlx.interchange.usd.opening import open_stage
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.validation.reading import read_reference
+from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.formats.reading import read_reference
+from mrm_mtlx.formats.usd import read
+from mrm_mtlx.formats.usd.opening.stage import open_stage
 
 HEAD = "#usda 1.0\n"
 # Names of the layer outside, or of one in a package outside, as attributes and arcs may have them.
@@ -93,9 +93,9 @@ def test_a_layer_in_the_current_folder_or_on_usds_search_path_is_not_found(place
     path = place.write("s.usda", HEAD + 'def "a" (\n references = @b.usda@</A>\n) {\n}\n')
     (remark,) = [remark for remark in opened(path).remarks if remark.code == "USD_MISSING"]
     assert remark.place == "/a"
-    code = "import sys, pathlib; from mrm_mtlx.validation.reading import read_document\n"
+    code = "import sys, pathlib; from mrm_mtlx.formats.reading import read_document\n"
     code += "from mrm_mtlx.library import load_library\n"
-    code += "from mrm_mtlx.library.files import Reach\n"
+    code += "from mrm_mtlx.documents.files import Reach\n"
     code += "path, scratch = map(pathlib.Path, sys.argv[1:])\n"
     code += "print(read_document(path, Reach.beside(path), load_library(), scratch)[0].remarks)"
     (place.folder.parent / "empty").mkdir()

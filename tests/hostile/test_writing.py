@@ -15,11 +15,11 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.interchange.formats import format_of
-from mrm_mtlx.interchange.imported import Imported, UnreadableError
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.library.images import read_image, write_image
-from mrm_mtlx.library.writing import FileSet, replacing
+from mrm_mtlx.documents.document import Imported, UnreadableError
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.images import read_image, write_image
+from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.system.writing import FileSet, replacing
 from mrm_mtlx.validation.file_checks import check_files
 
 if TYPE_CHECKING:

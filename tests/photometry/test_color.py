@@ -9,8 +9,9 @@ import sys
 import numpy as np
 import pytest
 
-from mrm_mtlx.photometry import boxes, chromaticity, luminance, luminance_weights
+from mrm_mtlx.photometry import chromaticity, luminance, luminance_weights
 from mrm_mtlx.photometry.color import to_xyz
+from mrm_mtlx.standards import boxes
 
 # Absolute: the digits of the constants; the basis adds up to 1 within 1e-5, in luminance within 1.1e-10.
 DIGITS = 5e-10

@@ -8,9 +8,10 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.photometry import boxes, chromaticity, coefficient, directions, document_brdf, luminance
+from mrm_mtlx.photometry import chromaticity, coefficient, directions, document_brdf, luminance
 from mrm_mtlx.photometry.color import METHODS, luminance_weights
 from mrm_mtlx.shadergen import renderable_elements
+from mrm_mtlx.standards import boxes
 
 # Relative: the reference computes with directions of float64, but its lobe's clamps are those of float32.
 DIFFUSE = 1e-9

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf import GeneralizedSchlick, Lambert
-from mrm_mtlx.photometry import limits, luminance_weights
+from mrm_mtlx.photometry import luminance_weights
 from mrm_mtlx.photometry.report import Settings, check_sizes, measure, values
+from mrm_mtlx.standards import limits
 
 # Relative: products of a handful of numbers, and a cosine of degrees.
 EXACT = 1e-12

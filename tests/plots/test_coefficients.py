@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf import GeneralizedSchlick, Lambert
-from mrm_mtlx.photometry import limits
 from mrm_mtlx.photometry.report import Settings, measure
 from mrm_mtlx.plots import coefficients, drawing, style
 from mrm_mtlx.plots.coefficients_drawing import picture
+from mrm_mtlx.standards import limits
 
 POINT = Settings(rotations_deg=(0.0,))
 LOBE = GeneralizedSchlick(0.1, 1.0, 0.1, alpha=(0.004, 0.004), retroreflective=True).eval
@@ -67,7 +67,7 @@ def test_black_and_a_deep_fall_can_be_drawn(tmp_path):
 
 
 def test_every_class_has_lines_that_can_be_told_apart():
-    from mrm_mtlx.photometry.standards import classes
+    from mrm_mtlx.standards.tables import classes
 
     sized = Settings((0.0,), area_cm2=20.0, radius_cm=30.0)
     for chosen in classes():

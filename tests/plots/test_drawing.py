@@ -232,7 +232,7 @@ def test_the_same_data_give_the_same_bytes(tmp_path, suffix):
 
 
 def test_a_png_has_300_dots_per_inch(tmp_path):
-    from mrm_mtlx.library.images import read_image
+    from mrm_mtlx.documents.images import read_image
 
     drawing.save(drawing.lobes(curves(), "log"), tmp_path / "a.png")
     assert read_image(tmp_path / "a.png").shape[1] == int(300 * COLUMN_INCH)

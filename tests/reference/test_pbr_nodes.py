@@ -12,9 +12,10 @@ import pytest
 
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting, SurfaceProgram
 from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
-from mrm_mtlx.reference import ROUNDING_FACTOR, Environment, Illumination, Surface, precision
+from mrm_mtlx.reference import ROUNDING_FACTOR, Environment, Illumination, Surface
 from mrm_mtlx.reference.closures import hair
 from mrm_mtlx.reference.deviations import Deviation
+from mrm_mtlx.reference.float32 import precision
 from mrm_mtlx.shadergen import generate
 
 SAMPLES = 4096

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrm_mtlx.reference import ROUNDING_FACTOR, Model, Surface, Tolerance, rounding
-from mrm_mtlx.reference.rounding import (
+from mrm_mtlx.reference import ROUNDING_FACTOR, Model, Surface, Tolerance
+from mrm_mtlx.reference.float32 import rounding
+from mrm_mtlx.reference.float32.rounding import (
     EXACT,
     PARTS,
     PATTERNS,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.reference import Environment, Illumination, Surface
-from mrm_mtlx.reference.rounding import (
+from mrm_mtlx.reference.float32.rounding import (
     EXACT,
     LIGHT_DIRECTION,
     OUTPUT_ROUNDINGS,
@@ -137,7 +137,7 @@ def test_what_is_not_noted_is_missing_from_some_tolerance(surface, points, monke
 
 def test_what_a_move_does_not_touch_is_not_evaluated(surface, points, monkeypatch):
     """Pattern nodes do not depend on directions: of 6 + 6 + 4 + 4 moves and the exact evaluation, few meet noise."""
-    from mrm_mtlx.reference import noise_functions
+    from mrm_mtlx.reference.textures import noise as noise_functions
 
     count = 0
     noise = noise_functions.fractal_noise

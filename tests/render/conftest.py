@@ -8,7 +8,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from mrm_mtlx.library.files import Reach
+from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.render import picture
 
 if TYPE_CHECKING:

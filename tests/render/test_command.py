@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.documents.images import read_image
 
 SIZE = 24
 TIME_LIMIT_S = 120
@@ -19,7 +19,7 @@ TIME_LIMIT_S = 120
 @pytest.fixture
 def render(gl, repository, tmp_path):
     """Function from arguments after the document to the finished command, in a folder with a retroreflective metal."""
-    source = repository / "tests" / "documents" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
+    source = repository / "tests" / "rules" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
     shutil.copy(source, tmp_path / "metal.mtlx")
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:

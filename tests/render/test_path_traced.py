@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mrm_mtlx.library.files import Reach
+from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode
 

@@ -6,7 +6,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from mrm_mtlx.library.images import read_image
+from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.reference import ShadingPoints, Surface
 from mrm_mtlx.render import picture
 from mrm_mtlx.render.environment import look_up

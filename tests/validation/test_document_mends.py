@@ -8,7 +8,7 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.library.files import Reach
+from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.document_mends import MENDS

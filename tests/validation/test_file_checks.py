@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mrm_mtlx.library.files import Reach
-from mrm_mtlx.library.images import read_stored
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.images import read_stored
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.drawing import CheckedImages

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
+from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.library import Origin, materials_folder
-from mrm_mtlx.library.files import Reach
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.flag_use import ignores_flag
@@ -32,7 +32,7 @@ def test_our_osl_depends_on_the_flag_in_every_mode_and_the_standard_one_does_not
 
 @pytest.mark.parametrize(("origin", "codes"), [(Origin.MRM, []), (Origin.UPSTREAM, ["SHADER_IGNORES_RETRO"])])
 def test_the_rule_of_ignored_flags_is_for_the_standard_library_alone(repository, origin, codes):
-    path = repository / "tests" / "documents" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
+    path = repository / "tests" / "rules" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
     found = check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16, origin=origin))
     assert [finding.code for finding in found.findings] == codes
 

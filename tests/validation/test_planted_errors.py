@@ -15,8 +15,8 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
+from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
-from mrm_mtlx.library.files import Reach
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.drawing import CheckedImages, check_draws
 from mrm_mtlx.validation.expectation import Expectation

@@ -11,10 +11,10 @@ import xml.etree.ElementTree as ET
 import jsonschema
 import pytest
 
+from mrm_mtlx.findings.catalogue import RULES
+from mrm_mtlx.findings.finding import Finding, Severity, finding
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
-from mrm_mtlx.validation.catalogue import RULES
-from mrm_mtlx.validation.findings import Finding, Severity, finding
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult, ValidationResult
 from mrm_mtlx.validation.runner import validate
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library.files import Reach
+from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.element import ElementSweep

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from mrm_mtlx import __version__
+from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.library import materialx_version
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
-from mrm_mtlx.validation.findings import Severity
 from mrm_mtlx.validation.runner import collect, engines, shown, validate, versions
 
 # Seconds for one document where one of them takes hours. The others take about two; a busy machine needs some more.

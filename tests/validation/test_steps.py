@@ -6,7 +6,7 @@ import pickle
 
 import pytest
 
-from mrm_mtlx import process_limits
+from mrm_mtlx.system import process_limits
 from mrm_mtlx.validation.steps import MAXIMUM_LOST, READING, Step, Steps, add_lost, lost_finding, read_record
 
 GLSL, ESSL = Step("m", "glsl"), Step("m", "essl")

@@ -76,7 +76,7 @@ def _documents() -> Iterator[bytes]:
     from mrm_mtlx.library import load_library
 
     own = [*sorted(SEEDS.glob("*.mtlx")) * 10, *sorted((REPOSITORY / "materials").glob("*.mtlx")) * 4]
-    own += sorted((REPOSITORY / "tests" / "documents").glob("*/*.mtlx"))
+    own += sorted((REPOSITORY / "tests" / "rules").glob("*/*.mtlx"))
     for path in own:
         yield path.read_bytes()
     yield from of_definitions(load_library())
@@ -119,10 +119,10 @@ def _write_converted(folder: Path) -> None:
     """USD and glTF that the project writes of its materials, and seeds of these formats."""
     import tempfile
 
-    from mrm_mtlx.interchange.formats import format_of
+    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.formats.reading import read_document
+    from mrm_mtlx.formats.registry import format_of
     from mrm_mtlx.library import load_library
-    from mrm_mtlx.library.files import Reach
-    from mrm_mtlx.validation.reading import read_document
 
     library = load_library()
     found: dict[str, list[bytes]] = {}
@@ -141,7 +141,7 @@ def _write_converted(folder: Path) -> None:
                     continue
                 found.setdefault(suffix, []).append(written.read_bytes())
     own = [p.read_bytes() for p in sorted(SEEDS.glob("*.usda"))]
-    own += [p.read_bytes() for p in sorted((REPOSITORY / "tests" / "documents").glob("*/*.usda"))]
+    own += [p.read_bytes() for p in sorted((REPOSITORY / "tests" / "rules").glob("*/*.usda"))]
     crates = [crate for crate in map(_crate, own) if crate]
     found[".usda"] += own * 3
     found[".usdc"] += crates * 3

@@ -14,7 +14,7 @@ from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING
 
-from mrm_mtlx import process_limits
+from mrm_mtlx.system import process_limits
 from tools.fuzz import corpus
 from tools.fuzz.mutants import Key, Maker
 

@@ -12,26 +12,26 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.interchange.formats import DOCUMENT, format_of
-from mrm_mtlx.interchange.imported import Imported, NothingToWriteError
+from mrm_mtlx.documents.document import Imported, NothingToWriteError
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings.finding import blocks
+from mrm_mtlx.formats.reading import ReadError, read_document
+from mrm_mtlx.formats.registry import DOCUMENT, format_of
 from mrm_mtlx.library import load_library
-from mrm_mtlx.library.files import Reach
 from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.checks.materialx import messages_of_validation
 from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.findings import blocks
 from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.reading import ReadError, read_document
 from mrm_mtlx.validation.retro_checks import check_retroreflection
 from mrm_mtlx.validation.retro_sweep import flattened
 
 if TYPE_CHECKING:
     from random import Random
 
-    from mrm_mtlx.validation.findings import Finding
+    from mrm_mtlx.findings.finding import Finding
     from tools.fuzz.mutants import Mutant
 
 # One mutant in so many is also flattened, written in each format, and evaluated.
@@ -223,10 +223,10 @@ def _pictured(path: Path, scratch: Path, rng: Random) -> Verdict:
 
 def _measured(path: Path) -> Verdict:
     """Measured data, and the samples that a fit would take of them."""
-    from mrm_mtlx.interchange import openmaterial
+    from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
+    from mrm_mtlx.formats import openmaterial
     from mrm_mtlx.measured import Measurement
     from mrm_mtlx.measured.reading import read
-    from mrm_mtlx.measured.samples import doubts, from_coefficients, from_measurement
 
     try:
         if path.suffix == ".json":

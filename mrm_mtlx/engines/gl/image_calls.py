@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.library.images import ADDRESS_MODES, FILTER_TYPES
+from mrm_mtlx.documents.images import ADDRESS_MODES, FILTER_TYPES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from mrm_mtlx.documents.document_images import MAXIMUM_TEXTURE_BYTES, ImagesTooLargeError, too_large
 from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
 from mrm_mtlx.engines.gl.context import context, free_textures, parking_target
 from mrm_mtlx.engines.gl.image_calls import samplings
 from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
 from mrm_mtlx.engines.gl.textures import stand_in, texture_bytes, upload
 from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
-from mrm_mtlx.library.document_images import MAXIMUM_TEXTURE_BYTES, ImagesTooLargeError, too_large
 from mrm_mtlx.shadergen.generate import LIGHT_TYPES
-from mrm_mtlx.text import text_lines
+from mrm_mtlx.system.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mrm_mtlx.documents.images import as_read
 from mrm_mtlx.engines.gl.image_calls import Sampling
-from mrm_mtlx.library.images import as_read
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

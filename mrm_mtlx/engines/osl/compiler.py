@@ -19,7 +19,7 @@ from mrm_mtlx.engines.availability import Availability
 from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.process import RuntimeFailure
-from mrm_mtlx.library.writing import replacing
+from mrm_mtlx.system.writing import replacing
 
 _TIMEOUT_S = 60.0
 _SERIAL = itertools.count()

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.availability import Availability
-from mrm_mtlx.process_limits import cause_of_death
-from mrm_mtlx.text import text_lines
+from mrm_mtlx.system.process_limits import cause_of_death
+from mrm_mtlx.system.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,6 @@ import numpy as np
 
 from mrm_mtlx.bsdf import diffuse
 from mrm_mtlx.bsdf.subsurface import diffusion_profile
-from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.closures.light import (
     EPSILON,
     Closure,
@@ -22,9 +21,10 @@ from mrm_mtlx.reference.closures.light import (
     opaque,
     unit,
 )
+from mrm_mtlx.reference.float32 import precision
+from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, SINE_ERROR, exponential_error, widened
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR
 from mrm_mtlx.reference.models import Model
-from mrm_mtlx.reference.precision import ARCTANGENT_ERROR, SINE_ERROR, exponential_error, widened
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

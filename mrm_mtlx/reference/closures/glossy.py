@@ -16,8 +16,8 @@ import numpy as np
 from mrm_mtlx.bsdf import ggx
 from mrm_mtlx.bsdf.blocks import BLOCK
 from mrm_mtlx.reference.closures.light import EPSILON, Environment, dot, unit
-from mrm_mtlx.reference.precision import SINE_ERROR
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.float32.precision import SINE_ERROR
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -17,7 +17,7 @@ import numpy as np
 from mrm_mtlx.bsdf import fresnel, hair
 from mrm_mtlx.reference.closures.light import EPSILON, Closure, Light, Mode, dot, facing, opaque, unit
 from mrm_mtlx.reference.closures.microfacet import Facets, dielectric
-from mrm_mtlx.reference.precision import (
+from mrm_mtlx.reference.float32.precision import (
     ARCTANGENT_ERROR,
     SINE_ERROR,
     ULP,
@@ -26,7 +26,7 @@ from mrm_mtlx.reference.precision import (
     logarithm_error,
     widened,
 )
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.closures.light import Closure, Light, Mode, nothing
-from mrm_mtlx.reference.precision import exponential_error, widened
+from mrm_mtlx.reference.float32.precision import exponential_error, widened
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

@@ -13,7 +13,6 @@ import numpy as np
 
 from mrm_mtlx.bsdf import albedo, fresnel, ggx
 from mrm_mtlx.bsdf.reflectance import Rounding, conductor_reflectance, dielectric_reflectance, schlick_reflectance
-from mrm_mtlx.reference import precision
 from mrm_mtlx.reference.closures.glossy import reflected_radiance, refracted_radiance
 from mrm_mtlx.reference.closures.light import (
     EPSILON,
@@ -28,9 +27,10 @@ from mrm_mtlx.reference.closures.light import (
     opaque,
     unit,
 )
+from mrm_mtlx.reference.float32 import precision
+from mrm_mtlx.reference.float32.precision import ROOT_ERROR
+from mrm_mtlx.reference.float32.rounding import UNIT
 from mrm_mtlx.reference.models import Model
-from mrm_mtlx.reference.precision import ROOT_ERROR
-from mrm_mtlx.reference.rounding import UNIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable

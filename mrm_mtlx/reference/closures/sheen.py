@@ -19,8 +19,8 @@ from mrm_mtlx.reference.closures.light import (
     nothing,
     unit,
 )
-from mrm_mtlx.reference.precision import ULP, half_vector_error, power_error, widened
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
+from mrm_mtlx.reference.float32.precision import ULP, half_vector_error, power_error, widened
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.reference.function_errors import displaced, summed
+from mrm_mtlx.reference.float32.function_errors import displaced, summed
+from mrm_mtlx.reference.float32.rounding import UNIT
 from mrm_mtlx.reference.nodes.tables import CHANNELS, WITH_FLOAT, define, vector
-from mrm_mtlx.reference.rounding import UNIT
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

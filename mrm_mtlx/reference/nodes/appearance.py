@@ -8,9 +8,9 @@ import numpy as np
 
 from mrm_mtlx.bsdf import hair
 from mrm_mtlx.reference import closures
+from mrm_mtlx.reference.float32.precision import logarithm_error, power_error
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
 from mrm_mtlx.reference.nodes.registry import node
-from mrm_mtlx.reference.precision import logarithm_error, power_error
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

@@ -8,7 +8,7 @@ import numpy as np
 
 from mrm_mtlx.reference.closures import EPSILON
 from mrm_mtlx.reference.deviations import Deviation
-from mrm_mtlx.reference.function_errors import mixed, summed
+from mrm_mtlx.reference.float32.function_errors import mixed, summed
 from mrm_mtlx.reference.nodes.tables import CHANNELS, define, vector
 
 if TYPE_CHECKING:

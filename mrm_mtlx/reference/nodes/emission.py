@@ -8,9 +8,9 @@ import numpy as np
 
 from mrm_mtlx.reference.closures import EPSILON
 from mrm_mtlx.reference.closures.light import dot
+from mrm_mtlx.reference.float32.precision import power_error, widened
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
 from mrm_mtlx.reference.nodes.registry import node
-from mrm_mtlx.reference.precision import power_error, widened
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

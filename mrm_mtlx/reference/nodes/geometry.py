@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.closures.light import unit
-from mrm_mtlx.reference.function_errors import summed
+from mrm_mtlx.reference.float32.function_errors import summed
 from mrm_mtlx.reference.nodes.tables import define
 
 if TYPE_CHECKING:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from mrm_mtlx.library.images import ADDRESS_MODES
-from mrm_mtlx.reference import hextile, texture_lookup
+from mrm_mtlx.documents.images import ADDRESS_MODES
 from mrm_mtlx.reference.closures.light import unit
+from mrm_mtlx.reference.float32.precision import widened
+from mrm_mtlx.reference.float32.rounding import RANGE
 from mrm_mtlx.reference.nodes.registry import node
-from mrm_mtlx.reference.precision import widened
-from mrm_mtlx.reference.rounding import RANGE
-from mrm_mtlx.reference.texture_lookup import AddressModes
+from mrm_mtlx.reference.textures import hextile
+from mrm_mtlx.reference.textures import lookup as texture_lookup
+from mrm_mtlx.reference.textures.lookup import AddressModes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.reference.hextile import Spread, Tiles
     from mrm_mtlx.reference.nodes.registry import Inputs, Value
+    from mrm_mtlx.reference.textures.hextile import Spread, Tiles
 
 # What the generators make of an address mode: UsdUVTexture's "black" is its place in the enumeration, the first, and
 # what is no mode is the default.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.reference.function_errors import arc, displaced, exponential, power, sine_error, tangent_error
+from mrm_mtlx.reference.float32.function_errors import arc, displaced, exponential, power, sine_error, tangent_error
 from mrm_mtlx.reference.nodes.tables import CHANNELS, MATRICES, VECTORS, WITH_FLOAT, define
 
 if TYPE_CHECKING:

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.reference import flakes, noise_functions
-from mrm_mtlx.reference.flakes import Flake
-from mrm_mtlx.reference.function_errors import displaced
+from mrm_mtlx.reference.float32.function_errors import displaced
+from mrm_mtlx.reference.float32.precision import widened
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
 from mrm_mtlx.reference.nodes.registry import node
-from mrm_mtlx.reference.precision import widened
-from mrm_mtlx.reference.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.textures import flakes
+from mrm_mtlx.reference.textures import noise as noise_functions
+from mrm_mtlx.reference.textures.flakes import Flake
 
 if TYPE_CHECKING:
     from collections.abc import Callable

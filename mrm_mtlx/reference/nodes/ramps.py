@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.reference.function_errors import mixed
+from mrm_mtlx.reference.float32.function_errors import mixed
 from mrm_mtlx.reference.nodes.tables import CHANNELS, define
 
 if TYPE_CHECKING:

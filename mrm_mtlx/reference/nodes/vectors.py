@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.reference.function_errors import displaced, sine_error, summed
+from mrm_mtlx.reference.float32.function_errors import displaced, sine_error, summed
 from mrm_mtlx.reference.nodes.tables import VECTORS, define, scalar, vector
 
 if TYPE_CHECKING:

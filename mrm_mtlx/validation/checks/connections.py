@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
+from mrm_mtlx.documents.elements import is_connected, location
+from mrm_mtlx.findings.finding import Finding, finding
 from mrm_mtlx.library.load import definitions_for
 from mrm_mtlx.library.surface_models import FLAG
-from mrm_mtlx.validation.checks.elements import is_connected, location
-from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

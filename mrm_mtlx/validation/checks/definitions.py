@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.validation.checks.elements import location
-from mrm_mtlx.validation.findings import Finding, finding
+from mrm_mtlx.documents.elements import location
+from mrm_mtlx.findings.finding import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.documents.elements import location
+from mrm_mtlx.findings.finding import Finding, finding
 from mrm_mtlx.library.load import materialx_version
-from mrm_mtlx.text import text_lines
+from mrm_mtlx.system.text import text_lines
 from mrm_mtlx.validation.checks.connections import names_only_output
-from mrm_mtlx.validation.checks.elements import location
-from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,12 +6,12 @@ import difflib
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.documents.elements import is_connected, location
+from mrm_mtlx.findings.finding import MAXIMUM_OF_A_RULE, Finding, finding
 from mrm_mtlx.library.load import definitions_for
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.checks.connections import check_uniform
-from mrm_mtlx.validation.checks.elements import is_connected, location
 from mrm_mtlx.validation.checks.values import check_value
-from mrm_mtlx.validation.findings import MAXIMUM_OF_A_RULE, Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

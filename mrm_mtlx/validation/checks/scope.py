@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.documents.elements import location, nodes_of
+from mrm_mtlx.findings.finding import Finding, finding
 from mrm_mtlx.shadergen import renderable_elements
-from mrm_mtlx.validation.checks.elements import location, nodes_of
-from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.library.flattening import Sizes
-from mrm_mtlx.limits import MAXIMUM_NODES
+from mrm_mtlx.documents.elements import location
+from mrm_mtlx.documents.flattening import Sizes
+from mrm_mtlx.findings.finding import Finding, finding
 from mrm_mtlx.shadergen import renderable_elements
+from mrm_mtlx.system.limits import MAXIMUM_NODES
 from mrm_mtlx.validation.checks.cycles import upstream
-from mrm_mtlx.validation.checks.elements import location
-from mrm_mtlx.validation.findings import Finding, finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.reference import ROUNDING_FACTOR, Model, ShadingPoints, Surface
-from mrm_mtlx.reference.precision import ARCTANGENT_ERROR, FAST_EXPONENTIAL, SINE_ERROR
-from mrm_mtlx.reference.rounding import UNIT
+from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, FAST_EXPONENTIAL, SINE_ERROR
+from mrm_mtlx.reference.float32.rounding import UNIT
 
 # What is left, of the roundings of a handful of numbers: far less than the smallest of the errors below.
 ROUNDINGS = 1e3 * UNIT

@@ -10,9 +10,11 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from mrm_mtlx.documents.images import ADDRESS_MODES, FILTER_TYPES, read_image
 from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
-from mrm_mtlx.library.images import ADDRESS_MODES, FILTER_TYPES, read_image
-from mrm_mtlx.reference import ROUNDING_FACTOR, ShadingPoints, Surface, hextile, texture_lookup
+from mrm_mtlx.reference import ROUNDING_FACTOR, ShadingPoints, Surface
+from mrm_mtlx.reference.textures import hextile
+from mrm_mtlx.reference.textures import lookup as texture_lookup
 from mrm_mtlx.shadergen import generate
 
 if TYPE_CHECKING:

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
-from mrm_mtlx.reference import ShadingPoints, Surface, flakes, hashing, noise_functions
+from mrm_mtlx.reference import ShadingPoints, Surface
+from mrm_mtlx.reference.textures import flakes, hashing
+from mrm_mtlx.reference.textures import noise as noise_functions
 from mrm_mtlx.shadergen import generate
 
 SAMPLES = 400

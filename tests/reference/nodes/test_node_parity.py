@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mrm_mtlx.documents.graph import defining_graph
 from mrm_mtlx.library import load_library
-from mrm_mtlx.reference.graph import defining_graph
 from mrm_mtlx.reference.nodes import NODES
 
 # Nodes that are not of this kind: pictures, noises, shaders.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.reference import ShadingPoints, Surface
+from mrm_mtlx.reference.float32.rounding import UNIT
 from mrm_mtlx.reference.nodes import NODES
-from mrm_mtlx.reference.rounding import UNIT
 
 FG, BG = {"fg": "0.25, 0.5, 0.75, 0.5"}, {"bg": "0.5, 0.25, 0, 0.25"}
 OPAQUE = {"fg": "0.25, 0.5, 0.75, 0.75", "bg": "0.5, 0.25, 0, 0.5"}

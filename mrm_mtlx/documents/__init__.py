@@ -1,0 +1,1 @@
+"""A document, however it is stored: where it comes from, its files and images, its elements and their connections."""

@@ -1,0 +1,1 @@
+"""The vocabulary of everything that reports: findings, and the rules that they are cases of."""

@@ -1,0 +1,1 @@
+"""Materials that fit measurements, or meet the minima of a class."""

@@ -1,0 +1,1 @@
+"""A document as a glTF asset: `writing`, over all the others."""

@@ -1,0 +1,1 @@
+"""A glTF asset as a document: `reading`, over `container`, `textures` and `graph`."""

@@ -1,0 +1,1 @@
+"""MaterialX's own XML."""

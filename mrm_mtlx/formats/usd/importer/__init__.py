@@ -1,0 +1,1 @@
+"""The materials of a stage as a document: `reading`, over all the others."""

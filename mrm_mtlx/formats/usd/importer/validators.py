@@ -1,0 +1,98 @@
+"""What USD's own validators say of a stage."""
+
+from __future__ import annotations
+
+import re
+from itertools import repeat
+from typing import TYPE_CHECKING, Any
+
+from pxr import Sdf, Tf, UsdShade, UsdValidation
+
+from mrm_mtlx.documents.document import Remark
+from mrm_mtlx.formats.usd.importer.versions import earlier_definition
+from mrm_mtlx.formats.usd.texts import said
+from mrm_mtlx.system.console import silenced
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from mrm_mtlx.formats.usd.opening.stage import Stage
+    from mrm_mtlx.library import DataLibrary
+
+# A USD without UsdMtlx has no registry of MaterialX's nodes, and says so of every shader; see docs/usd.md.
+NOISE = "usdShadeValidators:ShaderSdrCompliance.MissingShaderIdInRegistry"
+# Validators that gather all that a stage depends on, and open it.
+_OPENING = "usdUtilsValidators:"
+# Findings of one kind that are listed one by one; a stage of thousands of prims has thousands of the same.
+MAXIMUM_OF_A_KIND = 10
+
+
+def validator_remarks(opened: Stage, library: DataLibrary, images: set[Path]) -> list[Remark]:
+    """Errors and warnings of the validators, by kind and place.
+
+    Left out are `NOISE` about ids that the library has a definition of (what is checked with it says more), and what
+    is found elsewhere: circles of references, materials that are not there for want of a file, and missing `images`.
+    """
+    with silenced():
+        try:
+            errors = UsdValidation.ValidationContext(_validators()).Validate(opened.stage)
+        except Tf.ErrorException as stopped:
+            return [Remark("USD_VALIDATOR", "", f"USD's validators stopped: {said(stopped)}")]
+    found: dict[tuple[str, str], set[tuple[str, str]]] = {}
+    for error in errors:
+        code = _CODES.get(error.GetType())
+        if code is not None and not _is_known(error, library, opened):
+            message = _ABSOLUTE.sub(r"'\1'", said(error.GetMessage()))
+            found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), message))
+    for kind, place, text in opened.problems(images):
+        found.setdefault(("USD_VALIDATOR", kind), set()).add((place, text))
+    return [remark for kind in sorted(found) for remark in _listed(*kind, sorted(found[kind]))]
+
+
+_CODES = {
+    UsdValidation.ValidationErrorType.Error: "USD_VALIDATOR",
+    UsdValidation.ValidationErrorType.Warn: "USD_VALIDATOR_WARNING",
+}
+_ABSOLUTE = re.compile(r"'/[^']*/([^'/]*)'")
+
+
+def _validators() -> list[Any]:
+    """All validators but those that open the files of a stage anew; `opening` and `packages` say what they would."""
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    return [v for v in validators if not v.GetMetadata().name.startswith(_OPENING)]
+
+
+def _is_known(error: Any, library: DataLibrary, opened: Stage) -> bool:
+    if error.GetIdentifier() != NOISE:
+        return error.GetMessage().startswith("Cycle detected") or any(map(_lacks, error.GetSites(), repeat(opened)))
+    ids = [UsdShade.Shader(site.GetProperty().GetPrim()).GetIdAttr().Get() for site in error.GetSites()]
+    return bool(ids) and all(_is_defined(identifier or "", library) for identifier in ids)
+
+
+def _lacks(site: Any, opened: Stage) -> bool:
+    """Whether a site is a relationship, as to a material, with a target that is not there for want of a file."""
+    relationship = site.IsProperty() and site.GetProperty().GetPrim().GetRelationship(site.GetProperty().GetName())
+    return bool(relationship) and any(map(opened.lacking_at, relationship.GetTargets()))
+
+
+def _is_defined(identifier: str, library: DataLibrary) -> bool:
+    return library.document.getNodeDef(identifier) is not None or earlier_definition(identifier) is not None
+
+
+def _place(error: Any) -> str:
+    """Path of the first prim or property that an error is about; "" for the stage itself."""
+    for site in error.GetSites():
+        if site.IsPrim():
+            path = site.GetPrim().GetPath()
+            return "" if path == Sdf.Path.absoluteRootPath else str(path)
+        if site.IsProperty():
+            return str(site.GetProperty().GetPath())
+    return ""
+
+
+def _listed(code: str, kind: str, found: list[tuple[str, str]]) -> Iterator[Remark]:
+    for place, message in found[:MAXIMUM_OF_A_KIND]:
+        yield Remark(code, place, f"{kind}: {message}")
+    if len(found) > MAXIMUM_OF_A_KIND:
+        yield Remark(code, "", f"{kind}: {len(found) - MAXIMUM_OF_A_KIND} more of the same")

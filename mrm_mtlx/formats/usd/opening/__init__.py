@@ -1,0 +1,1 @@
+"""Untrusted stages, opened safely: `stage`, over all the others."""

@@ -1,0 +1,1 @@
+"""How far float32 arithmetic may move a result, from which every tolerance is derived."""

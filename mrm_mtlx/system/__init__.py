@@ -1,0 +1,8 @@
+"""What the package wants of the system, and how it keeps strangers' input from harming it: processes, files, text.
+
+* `limits`: size limits of what is read.
+* `process_limits`: what a process binds itself to: memory, time, and not to outlive who started it.
+* `console`: what C++ libraries print.
+* `writing`: files written whole or not at all.
+* `text`: untrusted text as it is shown.
+"""
