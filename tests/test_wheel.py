@@ -31,7 +31,7 @@ def test_the_wheel_carries_the_data(wheel: Path) -> None:
         files = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / folder).rglob("*") if p.is_file()}
         assert {f"mrm_mtlx/data/{name}" for name in files} <= names
     assert "mrm_mtlx/py.typed" in names
-    standards = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "mrm_mtlx/photometry/data").iterdir()}
+    standards = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "mrm_mtlx/standards/data").iterdir()}
     assert len(standards) == 3
     assert standards <= names
     schemas = {p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "mrm_mtlx/formats/gltf").glob("*.json")}

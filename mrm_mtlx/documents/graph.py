@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 class Scope:
     """Where an element stands: inside which graph, and what is bound to the graph's interface.
 
-    `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given,
-    as the reference evaluates them, for interface names without a node, and are made of `needs` (see `rounding.Move.touches`). `shown` is the graph of
-    the document whose output is shown, if it is one's.
+    `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are what the
+    reference gives for interface names without a node, and are made of `needs` (see its `Move.touches`). `shown` is the
+    graph of the document whose output is shown, if it is one's.
     """
 
     path: str = ""

@@ -228,7 +228,8 @@ class Evaluation:
     ) -> Value | None:
         if name in scope.values:
             self.values.note(scope.needs)
-            return scope.values[name]
+            value: Value = scope.values[name]
+            return value
         outer_node = scope.node
         if outer_node is None:  # a graph of the document itself: the interface input carries the value
             interface = interface_input(given)

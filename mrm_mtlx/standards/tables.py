@@ -236,5 +236,5 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _rows(name: str) -> list[dict[str, Any]]:
-    text = (files("mrm_mtlx.photometry") / "data" / name).read_text(encoding="utf-8")
+    text = (files(__package__) / "data" / name).read_text(encoding="utf-8")
     return list(csv.DictReader(text.splitlines()))

@@ -29,7 +29,7 @@ HARMED = """
 import os, signal, sys, tempfile, time
 from mrm_mtlx.cli import main
 harm = sys.argv.pop(1)
-from mrm_mtlx.validation import reading
+from mrm_mtlx.formats import reading
 def read(*_):
     tempfile.mkdtemp(prefix="mrm-left-")
     exec(harm, globals())
