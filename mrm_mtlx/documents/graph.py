@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 class Scope:
     """Where an element stands: inside which graph, and what is bound to the graph's interface.
 
-    `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are what the
-    reference gives for interface names without a node, and are made of `needs` (see its `Move.touches`). `shown` is the
+    `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given
+    for interface names without a node, and are made of `needs` (see the reference's `Move.touches`). `shown` is the
     graph of the document whose output is shown, if it is one's.
     """
 
