@@ -13,12 +13,12 @@ from mrm_mtlx.fitting.classes import MATERIALS, entrance
 from mrm_mtlx.fitting.performance import CEILINGS
 from mrm_mtlx.library import class_materials_folder, load_library
 from mrm_mtlx.photometry import document_brdf
-from mrm_mtlx.photometry.report import Report, Settings, measure
+from mrm_mtlx.photometry.report import PhotometryOptions, SurfaceReport, measure
 from mrm_mtlx.render import picture
 from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
-    from mrm_mtlx.fitting.classes import Material
+    from mrm_mtlx.fitting.classes import ClassMaterial
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.standards.tables import Limit
 
@@ -89,14 +89,14 @@ def page() -> str:
     return "\n".join([HEAD, *_summary(reports), *(line for m, r in reports.items() for line in _section(m, r))]) + "\n"
 
 
-def report(material: Material, library: DataLibrary) -> Report:
+def report(material: ClassMaterial, library: DataLibrary) -> SurfaceReport:
     """What a material's document measures against its class."""
     _, element = opened(material, library)
-    settings = Settings(rotations_deg=(0.0,), area_cm2=material.make.area_cm2)
-    return measure(document_brdf(element), material.limits(), settings)
+    options = PhotometryOptions(rotations_deg=(0.0,), area_cm2=material.make.area_cm2)
+    return measure(document_brdf(element), material.limits(), options)
 
 
-def opened(material: Material, library: DataLibrary) -> tuple[Any, Any]:
+def opened(material: ClassMaterial, library: DataLibrary) -> tuple[Any, Any]:
     """Its document, which has to be held, and the material in it."""
     document = mx.createDocument()
     mx.readFromXmlFile(document, str(class_materials_folder() / f"{material.name}.mtlx"))
@@ -108,7 +108,7 @@ def opened(material: Material, library: DataLibrary) -> tuple[Any, Any]:
 KEPT: list[Any] = []
 
 
-def lobes(material: Material) -> list[tuple[float, float, float]]:
+def lobes(material: ClassMaterial) -> list[tuple[float, float, float]]:
     """Width, exponent and color0 of the brightest channel, of each lobe of a material's document."""
     document = mx.createDocument()
     mx.readFromXmlFile(document, str(class_materials_folder() / f"{material.name}.mtlx"))
@@ -120,7 +120,7 @@ def lobes(material: Material) -> list[tuple[float, float, float]]:
     return found
 
 
-def share(material: Material) -> float:
+def share(material: ClassMaterial) -> float:
     """What the lobes of its document return within 2 degrees at normal incidence, without a face."""
     from math import radians, tan
 
@@ -128,7 +128,7 @@ def share(material: Material) -> float:
     return sum(color0 * t2 / (alpha**2 + t2) for alpha, _, color0 in lobes(material))
 
 
-def _summary(reports: dict[Material, Report]) -> list[str]:
+def _summary(reports: dict[ClassMaterial, SurfaceReport]) -> list[str]:
     head = [
         "material",
         "class",
@@ -160,7 +160,7 @@ def _summary(reports: dict[Material, Report]) -> list[str]:
     return lines
 
 
-def _section(material: Material, found: Report) -> list[str]:
+def _section(material: ClassMaterial, found: SurfaceReport) -> list[str]:
     """Value and minimum in every geometry of one class."""
     rows = material.limits()
     values = {
@@ -215,8 +215,10 @@ def pictures() -> None:
         _, element = opened(material, library)
         panels = []
         for light_degrees, exposure in ((30.0, 1.0), (0.5, 1.0 / 200.0)):
-            settings = picture.Settings(SHAPES.get(material.name, "sphere"), light_degrees, PANEL, None, compare=False)
-            fine = picture.render(element, library, Reach.only(class_materials_folder()), settings)
+            options = picture.PictureOptions(
+                SHAPES.get(material.name, "sphere"), light_degrees, PANEL, None, compare=False
+            )
+            fine = picture.render(element, library, Reach.only(class_materials_folder()), options)
             square = (PANEL, picture.OVERSAMPLING, PANEL, picture.OVERSAMPLING, 3)
             panels.append(exposure * np.asarray(fine).reshape(square).mean(axis=(1, 3)))
         axis.imshow(np.clip(np.concatenate(panels, axis=1), 0.0, 1.0) ** (1.0 / 2.2), interpolation="lanczos")

@@ -58,8 +58,8 @@ def comparison(path: Path, shape: str, size: int) -> NDArray[np.float32]:
     document = mx.createDocument()
     mx.readFromXmlFile(document, str(path))
     document.setDataLibrary(library.document)
-    settings = picture.Settings(shape, None, size, None, compare=True)
-    radiance = picture.render(renderable_elements(document)[0], library, Reach.beside(path), settings)
+    options = picture.PictureOptions(shape, None, size, None, compare=True)
+    radiance = picture.render(renderable_elements(document)[0], library, Reach.beside(path), options)
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "picture.png"
         picture.write(radiance, target, None)
@@ -102,10 +102,10 @@ def five_in_osl() -> None:
         path = materials_folder() / f"{name}.mtlx"
         rows = []
         for angle in ANGLES:
-            settings = picture.Settings(shape, angle, FIVE_PANEL, None, compare=False)
-            panels = [in_opengl(path, library, settings)]
+            options = picture.PictureOptions(shape, angle, FIVE_PANEL, None, compare=False)
+            panels = [in_opengl(path, library, options)]
             panels += [
-                path_traced.render(*renderable(path, library), Reach.beside(path), settings, paths=32, mode=mode)
+                path_traced.render(*renderable(path, library), Reach.beside(path), options, paths=32, mode=mode)
                 for mode in (OslMode.ALIGNED, OslMode.CYCLES)
             ]
             for mode, panel in zip(("aligned", "cycles"), panels[1:], strict=True):
@@ -143,8 +143,8 @@ def three_formats() -> None:
             scratch.mkdir()
             read, _ = read_document(path, Reach.beside(path), library, scratch)
             for row, angle in enumerate((None, 30.0)):
-                settings = picture.Settings("cone", angle, 256, None, compare=False)
-                image = picture.render(renderable_elements(read.document)[0], library, read.reach, settings)
+                options = picture.PictureOptions("cone", angle, 256, None, compare=False)
+                image = picture.render(renderable_elements(read.document)[0], library, read.reach, options)
                 image = image.reshape(256, picture.OVERSAMPLING, 256, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
                 first = firsts.setdefault(angle, image)
                 print(f"{path.name:10} {angle or 0:4g} deg  largest {np.abs(image - first).max():.1e}")
@@ -203,10 +203,10 @@ def renderable(path: Path, library: DataLibrary) -> tuple[Any, DataLibrary]:
     return element, library
 
 
-def in_opengl(path: Path, library: DataLibrary, settings: picture.Settings) -> NDArray[np.floating]:
+def in_opengl(path: Path, library: DataLibrary, options: picture.PictureOptions) -> NDArray[np.floating]:
     """Linear radiance as the OpenGL engine has it, one value per pixel."""
-    image = picture.render(*renderable(path, library), Reach.beside(path), settings)
-    size = settings.size
+    image = picture.render(*renderable(path, library), Reach.beside(path), options)
+    size = options.size
     return image.reshape(size, picture.OVERSAMPLING, size, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
 
 

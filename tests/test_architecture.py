@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 # A layer may import the layers below it, and itself.
 LAYERS = (
     {"cli"},
+    {"api"},
     {"plots"},
     {"conformance"},
     {"validation", "render"},

@@ -233,7 +233,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
     from mrm_mtlx.formats.gltf.importer import container
     from mrm_mtlx.formats.usd.opening import layers, weighing
     from mrm_mtlx.formats.usd.opening import stage as opening
-    from mrm_mtlx.measured import alta, reading, table
+    from mrm_mtlx.measured import alta, any_format, table
     from mrm_mtlx.system import limits, process_limits
     from mrm_mtlx.validation import steps
     from mrm_mtlx.validation.checks import cycles
@@ -262,7 +262,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         "a file of measured data": (alta.MAXIMUM_BYTES, mebi),
         "samples of measured data": (table.MAXIMUM_SAMPLES, 1),
     }
-    assert (reading.MAXIMUM_BYTES, table.MAXIMUM_BYTES) == (alta.MAXIMUM_BYTES,) * 2
+    assert (any_format.MAXIMUM_BYTES, table.MAXIMUM_BYTES) == (alta.MAXIMUM_BYTES,) * 2
     assert alta.MAXIMUM_SAMPLES == table.MAXIMUM_SAMPLES
     text = (REPOSITORY / "docs/reliability.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ([^|]+) \| ([\d,]+)(?: [GM]iB)? \|$", text.partition("## How it is tried")[0], re.MULTILINE)

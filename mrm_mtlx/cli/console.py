@@ -28,9 +28,9 @@ def console(stream: TextIO | None = None) -> Console:
 def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar on stderr while it is a terminal, else nothing; yields a function of (finished, all).
 
-    What has progressed has its time limit again, see `supervision`.
+    What has progressed has its time limit again, see `system.child`.
     """
-    from mrm_mtlx.cli.supervision import renew
+    from mrm_mtlx.system.child import renew
 
     if not sys.stderr.isatty():
         yield lambda _finished, _total: renew()

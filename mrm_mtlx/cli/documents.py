@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-from mrm_mtlx.cli import supervision
+from mrm_mtlx.system import child
 from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def open_document(
     from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.graph_checks import check_graph
 
-    supervision.opening(path)
+    child.opening(path)
     if path.is_dir():
         raise typer.BadParameter(f"{path} is a folder; name one document", param_hint="PATH")
     imported = None

@@ -16,8 +16,8 @@ from mrm_mtlx.system.text import printable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mrm_mtlx.fitting.fit import Settings
-    from mrm_mtlx.fitting.report import Report
+    from mrm_mtlx.fitting.fit import FitOptions
+    from mrm_mtlx.fitting.report import FitReport
     from mrm_mtlx.measured import CoefficientSamples, Measurement
 
 
@@ -192,10 +192,10 @@ def _check_positive(options: dict[str, float | None]) -> None:
             raise typer.BadParameter(f"{value:g}: expected a number above 0", param_hint=option)
 
 
-def _settings(loss: LossName | None, scale: float | None, seed: int, default: str) -> Settings:
-    from mrm_mtlx.fitting.fit import Settings
+def _settings(loss: LossName | None, scale: float | None, seed: int, default: str) -> FitOptions:
+    from mrm_mtlx.fitting.fit import FitOptions
 
-    return Settings(loss=loss.value if loss else default, scale=scale, seed=seed)
+    return FitOptions(loss=loss.value if loss else default, scale=scale, seed=seed)
 
 
 def _read(path: Path) -> Measurement | CoefficientSamples:
@@ -250,13 +250,13 @@ def _color(text: str, option: str) -> tuple[float, float, float]:
 
 
 def _fit_brdf(
-    measured: Measurement, source: str, settings: Settings, options: dict[str, Any], criterion: CriterionName | None
-) -> Report:
+    measured: Measurement, source: str, settings: FitOptions, options: dict[str, Any], criterion: CriterionName | None
+) -> FitReport:
     """The family that the data ask for, or the paper's."""
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.fitting import fit as fitting
     from mrm_mtlx.fitting.model import Family
-    from mrm_mtlx.fitting.report import Report
+    from mrm_mtlx.fitting.report import FitReport
     from mrm_mtlx.fitting.samples import doubts, from_measurement
 
     around, theta_max = options["--around"], options["--theta-max"]
@@ -283,19 +283,19 @@ def _fit_brdf(
     except ValueError as error:
         raise _finding(error) from error
     warnings = [*doubts(measured, viewed=cosine is CosineName.VIEW), *fitting.warnings(found, samples)]
-    return Report(source, samples, settings, found, selection, warnings)
+    return FitReport(source, samples, settings, found, selection, warnings)
 
 
 def _fit_coefficients(
     measured: CoefficientSamples,
     source: str,
-    settings: Settings,
+    settings: FitOptions,
     colors: tuple[tuple[float, float, float], tuple[float, float, float]],
     criterion: CriterionName | None,
-) -> Report:
+) -> FitReport:
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.fitting import fit as fitting
-    from mrm_mtlx.fitting.report import Report
+    from mrm_mtlx.fitting.report import FitReport
     from mrm_mtlx.fitting.samples import from_coefficients
 
     try:
@@ -308,7 +308,7 @@ def _fit_coefficients(
             raise ValueError(f"no lobe returns as little as {measured.ra.min():g} cd/(lx m2); is the unit right?")
     except ValueError as error:
         raise _finding(error) from error
-    return Report(source, samples, settings, selection.fit, selection, fitting.warnings(selection.fit, samples))
+    return FitReport(source, samples, settings, selection.fit, selection, fitting.warnings(selection.fit, samples))
 
 
 def _finding(error: ValueError) -> typer.Exit:
@@ -327,7 +327,7 @@ def _command(data: Path | None, coefficients: Sequence[str] | None, options: dic
     return " ".join([*words, *([f"--seed {seed}"] if seed else [])])
 
 
-def _write(report: Report, output: Path, name: str | None, command: str) -> None:
+def _write(report: FitReport, output: Path, name: str | None, command: str) -> None:
     from mrm_mtlx import __version__
     from mrm_mtlx.cli.options import write_file
     from mrm_mtlx.fitting.document import material_name, write
@@ -338,7 +338,7 @@ def _write(report: Report, output: Path, name: str | None, command: str) -> None
     typer.echo(f"wrote {output}", err=True)
 
 
-def _print(report: Report, output: Path, form: TableFormat) -> None:
+def _print(report: FitReport, output: Path, form: TableFormat) -> None:
     if form is TableFormat.JSON:
         from mrm_mtlx.validation.reports import finite
         from mrm_mtlx.validation.runner import versions

@@ -25,7 +25,7 @@ from mrm_mtlx.cli import (
     validate,
     vectors,
 )
-from mrm_mtlx.system import process_limits
+from mrm_mtlx.system import child, process_limits
 from mrm_mtlx.system.text import printable, text_lines
 
 # What a user can mend: no room where the output goes, or a name that no file can have.
@@ -122,7 +122,7 @@ def _report(error: Any) -> int:
         error.message = printable(str(error.message))  # it may name what a document says
         error.show()
         return int(error.exit_code)
-    opened = supervision.opened()
+    opened = child.opened()
     if isinstance(error, MemoryError) and opened is not None:
         _print_finding("CHECK_CRASHED", f"{opened}: {process_limits.memory_reason()}")
         return 1

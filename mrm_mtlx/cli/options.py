@@ -8,7 +8,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from mrm_mtlx.cli import supervision
+from mrm_mtlx.system import child
 
 
 class Format(StrEnum):
@@ -88,7 +88,7 @@ Roots: TypeAlias = Annotated[
 
 def _limited(seconds: float) -> float:
     """Hand the limit on to where documents are opened."""
-    supervision.limit(seconds)
+    child.limit(seconds)
     return seconds
 
 

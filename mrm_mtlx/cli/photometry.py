@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.cli.documents import OpenSurface
     from mrm_mtlx.photometry.coefficients import Brdf
     from mrm_mtlx.photometry.forms import DocumentReport
-    from mrm_mtlx.photometry.report import Report, Settings
+    from mrm_mtlx.photometry.report import PhotometryOptions, SurfaceReport
     from mrm_mtlx.standards.tables import Limit
 
 # What --standard takes besides names.
@@ -132,8 +132,8 @@ def _settings(
     area: float | None,
     radius: float | None,
     method: Method,
-) -> Settings:
-    from mrm_mtlx.photometry.report import Settings
+) -> PhotometryOptions:
+    from mrm_mtlx.photometry.report import PhotometryOptions
 
     for name, aperture in zip(("--source-aperture", "--receiver-aperture"), apertures, strict=True):
         if not 0.0 <= aperture < 180.0:
@@ -142,7 +142,7 @@ def _settings(
         if size is not None and not 0.0 < size < float("inf"):
             raise typer.BadParameter(f"{size:g}: expected a number above 0", param_hint=name)
     _check_angles("--rotation", rotation, 360.0)
-    return Settings(tuple(dict.fromkeys(rotation)), *apertures, method.value, area, radius)
+    return PhotometryOptions(tuple(dict.fromkeys(rotation)), *apertures, method.value, area, radius)
 
 
 def _rotations(limits: list[Limit]) -> list[float]:
@@ -173,7 +173,7 @@ def _limits(standard: str | None, class_name: str | None, colour: str | None) ->
         raise typer.BadParameter(f"{error} (mrm photometry --list)", param_hint=f"--{option}") from error
 
 
-def _check_sizes(limits: list[Limit], settings: Settings) -> None:
+def _check_sizes(limits: list[Limit], settings: PhotometryOptions) -> None:
     """What the class does not need is refused, and what it needs and lacks too: before any document is opened."""
     from mrm_mtlx.photometry.report import check_sizes
 
@@ -212,7 +212,9 @@ def _documents(paths: list[Path]) -> list[Path]:
 class _Run:
     """The documents of one call: what was measured, and what could not be."""
 
-    def __init__(self, limits: list[Limit], settings: Settings, grid: tuple[Sequence[float], Sequence[float]]) -> None:
+    def __init__(
+        self, limits: list[Limit], settings: PhotometryOptions, grid: tuple[Sequence[float], Sequence[float]]
+    ) -> None:
         self._limits, self._settings, self._grid = limits, settings, grid
         self._documents: list[DocumentReport] = []
         self._brdfs: list[tuple[str, Brdf]] = []
@@ -233,7 +235,7 @@ class _Run:
             found.status = stopped.exit_code
             typer.echo(f"mrm: {printable(found.path)} is not measured", err=True)
 
-    def _measured(self, opened: OpenSurface) -> Report:
+    def _measured(self, opened: OpenSurface) -> SurfaceReport:
         from mrm_mtlx.photometry import surface_brdf
         from mrm_mtlx.photometry.report import measure
 
@@ -304,5 +306,5 @@ class _Run:
             raise typer.BadParameter(str(error), param_hint="--plot") from error
         typer.echo(printable(f"wrote {path} (/{name})"), err=True)
 
-    def _reports(self) -> list[Report]:
+    def _reports(self) -> list[SurfaceReport]:
         return [report for document in self._documents for report in document.surfaces.values()]

@@ -73,7 +73,6 @@ def render(
 ) -> None:
     """Render a material on a sphere, plane or cone under a headlight, a light at an angle, and surroundings."""
     del timeout  # its option has handed it on
-    from mrm_mtlx.cli import supervision
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.documents import open_document
     from mrm_mtlx.documents.document_images import ImagesTooLargeError
@@ -83,6 +82,7 @@ def render(
     from mrm_mtlx.library import Origin, load_library
     from mrm_mtlx.render import path_traced, picture
     from mrm_mtlx.shadergen import GenerationError, OslMode
+    from mrm_mtlx.system import child
 
     if output.suffix.lower() not in (".png", ".exr"):
         raise typer.BadParameter(f"{output}: expected a name that ends in .png or .exr", param_hint="--output")
@@ -97,8 +97,8 @@ def render(
     opened = open_document(path, data, element, root)
     try:
         surroundings = None if environment is None else read_image(environment)
-        settings = picture.Settings(shape.value, _light_angle(light), size, surroundings, compare)
-        supervision.allow(picture.memory(settings))
+        settings = picture.PictureOptions(shape.value, _light_angle(light), size, surroundings, compare)
+        child.allow(picture.memory(settings))
         surface = (opened.elements[0], data, opened.imported.reach, settings)
         if engine is Engine.GL:
             picture.write(picture.render(*surface), output, exposure)

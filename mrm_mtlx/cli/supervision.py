@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.system import process_limits
+from mrm_mtlx.system import child as child_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 _ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 # Seconds until a signal that the terminal may have sent to the child too is sent on to it, and until it is killed.
 _SENT_ON_S, _KILLED_S = 1.0, 5.0
-# The file in the scratch folder with the path of the document at work.
-_NOTE = "document"
 
 
 @dataclass(frozen=True)
@@ -45,14 +43,6 @@ class _SignalError(Exception):
 
     def __init__(self, number: int) -> None:
         self.number = number
-
-
-# Of a child: that somebody waits for it, the scratch folder that is removed after it, the document that it works on and
-# the seconds that this may take.
-_waited_for = False
-_scratch: Path | None = None
-_opened: Path | None = None
-_limit_s = process_limits.TIME_LIMIT_S
 
 
 def supervised(command: Callable[[], int], tell: Callable[[Death], int]) -> int:
@@ -79,50 +69,13 @@ def supervised(command: Callable[[], int], tell: Callable[[Death], int]) -> int:
         for number, handler in before.items():
             signal.signal(number, handler)
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # the end that an interrupt has, its tidying included
-        process_limits.die_with(parent)
-        _work_in(scratch)
+        child_process.become(parent, scratch)
         return command()
     try:
         return _outcome(child, scratch, tell)
     finally:
         if scratch is not None:
             shutil.rmtree(scratch, ignore_errors=True)
-
-
-def limit(seconds: float) -> None:
-    """Set what a document may take, from when it is opened on."""
-    global _limit_s
-    _limit_s = seconds
-
-
-def opening(path: Path) -> None:
-    """Bind a child to its limits before it opens a document; a process that nobody waits for stays as it is."""
-    global _opened
-    if not _waited_for:
-        return
-    _opened = path
-    if _scratch is not None:
-        with contextlib.suppress(OSError):
-            (_scratch / _NOTE).write_text(str(path), encoding="utf-8", errors="backslashreplace")
-    process_limits.limit_memory()
-    renew()
-
-
-def allow(size: int) -> None:
-    """Allow a child so many bytes more than a document may take: for what its user asked for, a picture of any size."""
-    if _opened is not None:
-        process_limits.limit_memory(process_limits.MAXIMUM_MEMORY + size)
-
-
-def opened() -> Path | None:
-    """The document that this process opened last, if somebody waits for it."""
-    return _opened
-
-
-def renew() -> None:
-    """Count the time from now on again: a part of long work was done."""
-    if _opened is not None:
-        process_limits.limit_time(_limit_s)
 
 
 def _open_standard_streams() -> None:
@@ -133,15 +86,6 @@ def _open_standard_streams() -> None:
                 os.dup2(os.open(os.devnull, os.O_RDWR), number)
                 os.set_inheritable(number, True)
             setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115  # until the end
-
-
-def _work_in(scratch: Path | None) -> None:
-    """Have all temporary files of this process and of what it starts in a folder that the parent removes."""
-    global _waited_for, _scratch
-    _waited_for, _scratch = True, scratch
-    if scratch is not None:
-        tempfile.tempdir = str(scratch)
-        os.environ["TMPDIR"] = str(scratch)
 
 
 def _raise(number: int, _frame: Any) -> None:
@@ -155,7 +99,7 @@ def _outcome(child: int, scratch: Path | None, tell: Callable[[Death], int]) -> 
         return _end(child, signalled.number)
     if status >= 0:
         return status
-    note = None if scratch is None else scratch / _NOTE
+    note = None if scratch is None else scratch / child_process.NOTE
     document = note.read_text(encoding="utf-8") if note is not None and note.is_file() else ""
     return tell(Death(status, document))
 

@@ -33,7 +33,7 @@ _REFLECTOR_CM2, _PEDAL_CM2 = 30.0, 12.0
 
 
 @dataclass(frozen=True)
-class Material:
+class ClassMaterial:
     """A material of known performance: its file's name, its class by the names that choose it, what it is, its make."""
 
     name: str
@@ -64,7 +64,7 @@ _MARKING = Make(BEADS, _WHITE, (0.314, 0.332, 0.6))
 _CLEAR_DAY, _AMBER_DAY = (0.314, 0.331, 0.3), (0.53, 0.4, 0.15)
 
 MATERIALS = (
-    Material(
+    ClassMaterial(
         "dot_c2_white",
         "FMVSS 108",
         "DOT-C2",
@@ -72,7 +72,7 @@ MATERIALS = (
         "White blocks of vehicle conspicuity tape",
         _prismatic(_WHITE, _WHITE_DAY),
     ),
-    Material(
+    ClassMaterial(
         "dot_c2_red",
         "FMVSS 108",
         "DOT-C2",
@@ -80,7 +80,7 @@ MATERIALS = (
         "Red blocks of vehicle conspicuity tape",
         _prismatic(_RED, _RED_DAY),
     ),
-    Material(
+    ClassMaterial(
         "fmvss_131_beads_white",
         "FMVSS 131",
         "Type III glass bead",
@@ -88,7 +88,7 @@ MATERIALS = (
         "White legend of school bus stop signs, glass beads",
         _beaded(_WHITE, _WHITE_DAY),
     ),
-    Material(
+    ClassMaterial(
         "fmvss_131_beads_red",
         "FMVSS 131",
         "Type III glass bead",
@@ -96,7 +96,7 @@ MATERIALS = (
         "Red ground of school bus stop signs, glass beads",
         _beaded(_RED, _RED_DAY),
     ),
-    Material(
+    ClassMaterial(
         "astm_d4956_iii_yellow",
         "ASTM D4956-01",
         "Type III",
@@ -104,7 +104,7 @@ MATERIALS = (
         "Yellow high-intensity sheeting, glass beads",
         _beaded(_YELLOW, _YELLOW_DAY),
     ),
-    Material(
+    ClassMaterial(
         "fmvss_131_prismatic_white",
         "FMVSS 131",
         "Type III prismatic",
@@ -112,7 +112,7 @@ MATERIALS = (
         "White legend of school bus stop signs, prismatic",
         _prismatic(_WHITE, _WHITE_DAY),
     ),
-    Material(
+    ClassMaterial(
         "fmvss_131_prismatic_red",
         "FMVSS 131",
         "Type III prismatic",
@@ -120,7 +120,7 @@ MATERIALS = (
         "Red ground of school bus stop signs, prismatic",
         _prismatic(_RED, _RED_DAY),
     ),
-    Material(
+    ClassMaterial(
         "iso_20471_silver",
         "EN ISO 20471",
         "separate-performance material",
@@ -128,7 +128,7 @@ MATERIALS = (
         "Silver tape of high-visibility clothing, exposed glass beads",
         Make(BEADS, _WHITE, (0.313, 0.329, 0.3)),
     ),
-    Material(
+    ClassMaterial(
         "fra_224_white",
         "49 CFR 224",
         "FRA-224",
@@ -136,7 +136,7 @@ MATERIALS = (
         "White sheeting on the sides of rail cars",
         _prismatic(_WHITE, _WHITE_DAY),
     ),
-    Material(
+    ClassMaterial(
         "fra_224_yellow",
         "49 CFR 224",
         "FRA-224",
@@ -144,7 +144,7 @@ MATERIALS = (
         "Yellow sheeting on the sides of rail cars",
         _prismatic(_YELLOW, _YELLOW_DAY),
     ),
-    Material(
+    ClassMaterial(
         "cpsc_reflector_clear",
         "16 CFR 1512",
         "front/rear/side reflector",
@@ -152,7 +152,7 @@ MATERIALS = (
         "Clear front reflector of bicycles",
         _moulded(_WHITE, _CLEAR_DAY, _REFLECTOR_CM2),
     ),
-    Material(
+    ClassMaterial(
         "cpsc_reflector_amber",
         "16 CFR 1512",
         "front/rear/side reflector",
@@ -160,7 +160,7 @@ MATERIALS = (
         "Amber side reflector of bicycles",
         _moulded(_AMBER, _AMBER_DAY, _REFLECTOR_CM2),
     ),
-    Material(
+    ClassMaterial(
         "cpsc_reflector_red",
         "16 CFR 1512",
         "front/rear/side reflector",
@@ -168,7 +168,7 @@ MATERIALS = (
         "Red rear reflector of bicycles",
         _moulded(_RED, _RED_DAY, _REFLECTOR_CM2),
     ),
-    Material(
+    ClassMaterial(
         "cpsc_pedal_amber",
         "16 CFR 1512",
         "pedal reflector",
@@ -177,7 +177,7 @@ MATERIALS = (
         _moulded(_AMBER, _AMBER_DAY, _PEDAL_CM2),
     ),
     *(
-        Material(
+        ClassMaterial(
             f"en_1436_{name.lower()}_white",
             "EN 1436",
             f"{name} permanent",
@@ -187,7 +187,7 @@ MATERIALS = (
         )
         for name in ("R2", "R3", "R4", "R5")
     ),
-    Material(
+    ClassMaterial(
         "dpr_495_white",
         "DPR 495/1992 (Italy)",
         "mobile warning sign, new material",
@@ -195,7 +195,7 @@ MATERIALS = (
         "White prismatic part of warning triangles",
         _prismatic(_WHITE, _WHITE_DAY),
     ),
-    Material(
+    ClassMaterial(
         "dpr_495_red",
         "DPR 495/1992 (Italy)",
         "mobile warning sign, new material",
@@ -203,7 +203,7 @@ MATERIALS = (
         "Red prismatic part of warning triangles",
         _prismatic(_RED, _RED_DAY),
     ),
-    Material(
+    ClassMaterial(
         "lifesaving_silver",
         "46 CFR 164.018",
         "lifesaving equipment, Types I and II",
@@ -233,7 +233,7 @@ def write_documents(folder: Path, progress: Callable[[int, int], None] = lambda 
     return written
 
 
-def document(material: Material, met: Met) -> str:
+def document(material: ClassMaterial, met: Met) -> str:
     """The text of a material's MaterialX document."""
     notes, docs = _notes(material, met), _DOCS[material.make.construction]
     return write(met.family, met.values, material.name, notes, docs, doc=f"{material.what}.")
@@ -247,7 +247,7 @@ _DOCS = {
 }
 
 
-def _notes(material: Material, met: Met) -> list[str]:
+def _notes(material: ClassMaterial, met: Met) -> list[str]:
     """Where the numbers come from."""
     rows, make = material.limits(), material.make
     minima = ", ".join(f"{row.observation_deg:g}/{entrance(row)}: {row.minimum:g}" for row in rows)

@@ -49,7 +49,7 @@ _PRECISION = 1e-7
 
 
 @dataclass(frozen=True)
-class Settings:
+class FitOptions:
     """How it is fitted: `loss` of `LOSSES`, its scale c (None: that of the residual), seed and number of starts."""
 
     loss: str = "soft_l1"
@@ -155,7 +155,7 @@ class Selection:
 
 
 def fit_family(
-    family: Family, samples: Samples, settings: Settings, starts: list[Array] | None = None, *, evaluations: int = 100
+    family: Family, samples: Samples, options: FitOptions, starts: list[Array] | None = None, *, evaluations: int = 100
 ) -> Fit:
     """Fit one family, from given starts (vectors), or from random ones.
 
@@ -164,13 +164,13 @@ def fit_family(
     ValueError
         If there are fewer values than free numbers.
     """
-    best, _ = _search(family, samples, settings, starts or _random_starts(family, settings), evaluations)
+    best, _ = _search(family, samples, options, starts or _random_starts(family, options), evaluations)
     return best
 
 
 def select(
     samples: Samples,
-    settings: Settings,
+    options: FitOptions,
     *,
     base: Family | None = None,
     criterion: str = "BIC",
@@ -182,7 +182,7 @@ def select(
     ----------
     samples
         What is fitted.
-    settings
+    options
         How.
     base
         What to begin with; by default a Lambertian surface.
@@ -191,39 +191,39 @@ def select(
     progress
         Called with how many candidates were tried, and the most there can be.
     """
-    rng = np.random.default_rng(settings.seed)
+    rng = np.random.default_rng(options.seed)
     few = samples
     if samples.count > _TRIED:
         few = samples.chosen(np.sort(rng.choice(len(samples), _TRIED // samples.value.shape[1], replace=False)))
     family = base or Family(channels=samples.value.shape[1])
-    current = fit_family(family, samples, settings, _grown(None, family))
+    current = fit_family(family, samples, options, _grown(None, family))
     steps, tried = [Step("start", current, 0.0)], 0
     while True:
         found = []
-        known = _search(current.family, few, settings, [current.family.vector(current.values)], 5)[0]
+        known = _search(current.family, few, options, [current.family.vector(current.values)], 5)[0]
         for what, family in _larger(current.family, samples):
-            fit, _ = _search(family, few, settings, _grown(current, family), _ROUGH)
+            fit, _ = _search(family, few, options, _grown(current, family), _ROUGH)
             found.append(Step(what, fit, _criterion(fit, criterion) - _criterion(known, criterion)))
             tried += 1
             progress(tried, _CANDIDATES)
         # What a few samples are decided about, all are: the criterion grows with their number.
         best = min(found, key=lambda step: step.change, default=None)
-        step = None if best is None else _confirmed(best, current, samples, settings, criterion)
+        step = None if best is None else _confirmed(best, current, samples, options, criterion)
         if step is None or step.change > -DECISIVE:
             refused = [step] if step is not None else []
             break
         steps.append(step)
         current = step.fit
-    final, agreeing = _again(current, few, samples, settings)
+    final, agreeing = _again(current, few, samples, options)
     progress(_CANDIDATES - 2, _CANDIDATES)
     without = []
     for what, smaller, values in _smaller(final):
         if not 0 < len(smaller.parameters) < final.free:
             continue
-        fit = fit_family(smaller, samples, settings, [smaller.vector(values)])
+        fit = fit_family(smaller, samples, options, [smaller.vector(values)])
         without.append(Step(what, fit, _criterion(final, criterion) - _criterion(fit, criterion)))
     progress(_CANDIDATES, _CANDIDATES)
-    return Selection(final, criterion, steps, refused, without, agreeing, settings.starts)
+    return Selection(final, criterion, steps, refused, without, agreeing, options.starts)
 
 
 # The most candidates that a selection can try, seven steps of up to four, and what comes after.
@@ -231,10 +231,10 @@ _CANDIDATES = 30
 _MOST_COATS, _MOST_LOBES = 2, 2
 
 
-def _confirmed(step: Step, current: Fit, samples: Samples, settings: Settings, criterion: str) -> Step:
+def _confirmed(step: Step, current: Fit, samples: Samples, options: FitOptions, criterion: str) -> Step:
     """A step that was tried on a few samples, with all of them."""
     family = step.fit.family
-    fit = fit_family(family, samples, settings, [family.vector(step.fit.values)])
+    fit = fit_family(family, samples, options, [family.vector(step.fit.values)])
     return Step(step.what, fit, _criterion(fit, criterion) - _criterion(current, criterion))
 
 
@@ -361,26 +361,26 @@ def _smaller(fit: Fit) -> list[tuple[str, Family, dict[str, Array]]]:
     return found
 
 
-def _again(current: Fit, few: Samples, samples: Samples, settings: Settings) -> tuple[Fit, int]:
+def _again(current: Fit, few: Samples, samples: Samples, options: FitOptions) -> tuple[Fit, int]:
     """The final family from random starts as well, and how many of them agree with the best."""
-    starts = _random_starts(current.family, settings)
+    starts = _random_starts(current.family, options)
     known = current.family.vector(current.values)
-    best, costs = _search(current.family, few, settings, [known, *starts], 30)
+    best, costs = _search(current.family, few, options, [known, *starts], 30)
     agreeing = int(np.sum(np.array(costs[1:]) <= min(costs) * 1.001))
     vector = current.family.vector(best.values)
-    fit = fit_family(current.family, samples, settings, [known, vector])
+    fit = fit_family(current.family, samples, options, [known, vector])
     return fit, agreeing
 
 
-def _random_starts(family: Family, settings: Settings) -> list[Array]:
+def _random_starts(family: Family, options: FitOptions) -> list[Array]:
     """Vectors within the bounds, the same for the same seed."""
-    rng = np.random.default_rng([settings.seed, len(family.parameters)])
+    rng = np.random.default_rng([options.seed, len(family.parameters)])
     lower, upper = family.bounds()
-    return [lower + (upper - lower) * u for u in 0.05 + 0.9 * rng.random((settings.starts, len(lower)))]
+    return [lower + (upper - lower) * u for u in 0.05 + 0.9 * rng.random((options.starts, len(lower)))]
 
 
 def _search(
-    family: Family, samples: Samples, settings: Settings, starts: list[Array], evaluations: int
+    family: Family, samples: Samples, options: FitOptions, starts: list[Array], evaluations: int
 ) -> tuple[Fit, list[float]]:
     """The best of least squares from all starts, and the cost of each."""
     from scipy.optimize import least_squares
@@ -391,7 +391,7 @@ def _search(
         )
         raise ValueError(msg)
     problem = _Problem(family, samples)
-    scale = settings.scale_for(samples)
+    scale = options.scale_for(samples)
     # The exact solver decomposes the whole Jacobian at each step, which takes longer than everything else.
     solver = "lsmr" if len(family.parameters) > 1 else "exact"
     results: list[Any] = []
@@ -403,7 +403,7 @@ def _search(
                 inside,
                 problem.jacobian,
                 bounds=family.bounds(),
-                loss=settings.loss,
+                loss=options.loss,
                 f_scale=scale,
                 x_scale="jac",
                 tr_solver=solver,

@@ -24,7 +24,7 @@ from mrm_mtlx.fitting.model import NARROWEST, Evaluator, Family, albedos
 from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.color import luminance, to_xyz
-from mrm_mtlx.photometry.report import Settings, measure
+from mrm_mtlx.photometry.report import PhotometryOptions, measure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -114,8 +114,8 @@ class _Problem:
         self._model = Evaluator(self.family, *directions)
         self._face = Evaluator(replace(self.family, lobes=0, diffuse=False), *directions)
         # What a BRDF of 1 measures is the factor between f and the quantity of each minimum.
-        settings = Settings(rotations_deg=(0.0,), area_cm2=make.area_cm2)
-        cells = measure(lambda v, l: np.ones(np.broadcast_shapes(v.shape, l.shape)), limits, settings).cells
+        options = PhotometryOptions(rotations_deg=(0.0,), area_cm2=make.area_cm2)
+        cells = measure(lambda v, l: np.ones(np.broadcast_shapes(v.shape, l.shape)), limits, options).cells
         self._factor = np.array([cell.value for cell in cells])
         self._wanted = margin * np.array([limit.minimum for limit in limits])
         free = len(np.unique(geometries[:, 0])) > 1, len(np.unique(geometries[:, 1:], axis=0)) > 1

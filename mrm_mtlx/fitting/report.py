@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.fitting.fit import DECISIVE, Fit, Selection, Settings
+from mrm_mtlx.fitting.fit import DECISIVE, Fit, FitOptions, Selection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,14 +24,14 @@ _RESIDUALS = {
 
 
 @dataclass(frozen=True)
-class Report:
+class FitReport:
     """A fit and what it was made from.
 
     Attributes
     ----------
     data
         Name of the data.
-    samples, settings
+    samples, options
     fit
     selection
         How it was chosen; None where the family was given.
@@ -40,7 +40,7 @@ class Report:
 
     data: str
     samples: Samples
-    settings: Settings
+    options: FitOptions
     fit: Fit
     selection: Selection | None
     warnings: Sequence[str]
@@ -55,9 +55,9 @@ class Report:
     @property
     def loss(self) -> str:
         """The loss, with its scale."""
-        if self.settings.loss == "linear":
+        if self.options.loss == "linear":
             return "squares"
-        return f"{self.settings.loss}, scale {self.settings.scale_for(self.samples):g}"
+        return f"{self.options.loss}, scale {self.options.scale_for(self.samples):g}"
 
     def rows(self) -> list[dict[str, Any]]:
         """Free numbers, then given ones."""

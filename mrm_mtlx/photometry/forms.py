@@ -17,7 +17,7 @@ from mrm_mtlx.standards.tables import MISSING, boxes, classes, limits, notes, st
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mrm_mtlx.photometry.report import Cell, Chromaticity, Report, Settings
+    from mrm_mtlx.photometry.report import Cell, Chromaticity, PhotometryOptions, SurfaceReport
     from mrm_mtlx.standards.tables import Limit
 
 SCHEMA = "mrm.photometry/1"
@@ -44,18 +44,20 @@ class DocumentReport:
     """
 
     path: str
-    surfaces: dict[str, Report] = field(default_factory=dict)
+    surfaces: dict[str, SurfaceReport] = field(default_factory=dict)
     status: int = 0
 
 
-def to_json(documents: Sequence[DocumentReport], limits: Sequence[Limit], settings: Settings, *, passed: bool) -> str:
+def to_json(
+    documents: Sequence[DocumentReport], limits: Sequence[Limit], options: PhotometryOptions, *, passed: bool
+) -> str:
     """The report by docs/photometry.schema.json."""
     reports = [report for document in documents for report in document.surfaces.values()]
     limited = [cell for report in reports for cell in report.cells if cell.minimum is not None]
     content = {
         "schema": SCHEMA,
         "versions": {"mrm": __version__, **{k: metadata.version(v) for k, v in _VERSIONS.items()}},
-        "settings": asdict(settings),
+        "settings": asdict(options),
         "class": _class_json(limits),
         "returned_within": {
             "observation_deg": round(float(np.rad2deg(WITHIN)), 6),
@@ -89,17 +91,17 @@ def _class_json(limits: Sequence[Limit]) -> dict[str, str] | None:
     return {"standard": limits[0].standard, "class": limits[0].class_name, "colour": limits[0].colour}
 
 
-def heading(limits: Sequence[Limit], settings: Settings) -> list[str]:
+def heading(limits: Sequence[Limit], options: PhotometryOptions) -> list[str]:
     """What is measured, and how."""
     lines = []
     if limits:
         first = limits[0]
         lines.append(f"{first.standard}, {first.class_name}, {first.colour}{_why(first)}: value / minimum")
         lines += [f"  {source}" for source in dict.fromkeys(f"{c.source} ({c.confidence})" for c in limits)]
-    turned = ", ".join(f"{angle:g}°" for angle in settings.rotations_deg)
-    how = f"illuminant A, photopic, colours by {_METHODS[settings.method]}; "
-    how += f"mean of rotations {turned}" if len(settings.rotations_deg) > 1 else f"rotation {turned}"
-    discs = (settings.source_aperture_deg, settings.receiver_aperture_deg)
+    turned = ", ".join(f"{angle:g}°" for angle in options.rotations_deg)
+    how = f"illuminant A, photopic, colours by {_METHODS[options.method]}; "
+    how += f"mean of rotations {turned}" if len(options.rotations_deg) > 1 else f"rotation {turned}"
+    discs = (options.source_aperture_deg, options.receiver_aperture_deg)
     how += f"; source {discs[0]:g}° and receiver {discs[1]:g}° across" if any(discs) else "; point source and receiver"
     return [*lines, how]
 
@@ -111,7 +113,7 @@ def _why(limit: Limit) -> str:
     return f" ({limit.derived})" if limit.derived else ""
 
 
-def surface_lines(report: Report) -> list[str]:
+def surface_lines(report: SurfaceReport) -> list[str]:
     """A surface: tables, colours, and the share of light that comes back."""
     lines = []
     for kind in dict.fromkeys((cell.quantity, cell.unit) for cell in report.cells):
@@ -169,7 +171,7 @@ def _color_line(color: Chromaticity) -> str:
     return f"    {light}: {at}; {place} {abs(color.margin):.3f}: {box}{required}{'' if color.met else ' FAIL'}"
 
 
-def _surface_json(name: str, report: Report, limits: Sequence[Limit]) -> dict[str, Any]:
+def _surface_json(name: str, report: SurfaceReport, limits: Sequence[Limit]) -> dict[str, Any]:
     sources = [{"source": c.source, "confidence": c.confidence, "derived": c.derived or None} for c in limits]
     return {
         "name": name,

@@ -38,7 +38,7 @@ _BOX_COLOURS = {"clear": "white", "amber": "yellow"}
 
 
 @dataclass(frozen=True)
-class Settings:
+class PhotometryOptions:
     """How a surface is measured.
 
     Attributes
@@ -117,7 +117,7 @@ class Chromaticity:
 
 
 @dataclass(frozen=True)
-class Report:
+class SurfaceReport:
     """What a surface measures.
 
     Attributes
@@ -143,10 +143,10 @@ class Report:
 def measure(
     brdf: Brdf,
     limits: Sequence[Limit],
-    settings: Settings,
+    options: PhotometryOptions,
     observations_deg: Sequence[float] = OBSERVATIONS_DEG,
     entrances_deg: Sequence[float] = ENTRANCES_DEG,
-) -> Report:
+) -> SurfaceReport:
     """Measure a surface in the geometries of a class, or in a grid and that of road markings where there is none.
 
     Parameters
@@ -155,7 +155,7 @@ def measure(
         Of linear Rec.709 channels.
     limits
         The minima of one class, or none.
-    settings
+    options
         How.
     observations_deg, entrances_deg
         The grid.
@@ -163,13 +163,13 @@ def measure(
     Raises
     ------
     ValueError
-        If a quantity needs a size that the settings do not have, or the surface has no finite value somewhere.
+        If a quantity needs a size that the options do not have, or the surface has no finite value somewhere.
     """
-    cells = _against(brdf, limits, settings) if limits else _grid(brdf, settings, observations_deg, entrances_deg)
+    cells = _against(brdf, limits, options) if limits else _grid(brdf, options, observations_deg, entrances_deg)
     returned = _averaged(
-        lambda epsilon: retroreflected_fraction(brdf, np.deg2rad(RETURNED_ENTRANCE_DEG), 0.0, epsilon), settings
+        lambda epsilon: retroreflected_fraction(brdf, np.deg2rad(RETURNED_ENTRANCE_DEG), 0.0, epsilon), options
     )
-    return Report(cells, _colors(brdf, limits, settings), float(color.luminance(returned, "A", settings.method)))
+    return SurfaceReport(cells, _colors(brdf, limits, options), float(color.luminance(returned, "A", options.method)))
 
 
 def values(
@@ -179,7 +179,7 @@ def values(
     observation: ArrayLike,
     beta1: ArrayLike,
     beta2: ArrayLike,
-    settings: Settings,
+    options: PhotometryOptions,
 ) -> Array:
     """A quantity of the standards, in its unit, under illuminant A; angles [rad], shape (...) -> (...).
 
@@ -192,54 +192,54 @@ def values(
     """
     function = r_l if quantity == "R_L" else coefficient
     discs = {
-        "source_aperture": float(np.deg2rad(settings.source_aperture_deg)),
-        "receiver_aperture": float(np.deg2rad(settings.receiver_aperture_deg)),
+        "source_aperture": float(np.deg2rad(options.source_aperture_deg)),
+        "receiver_aperture": float(np.deg2rad(options.receiver_aperture_deg)),
     }
-    found = _averaged(lambda epsilon: function(brdf, observation, beta1, beta2, epsilon, **discs), settings)
-    return color.luminance(found, "A", settings.method) * _scale(quantity, unit, settings)
+    found = _averaged(lambda epsilon: function(brdf, observation, beta1, beta2, epsilon, **discs), options)
+    return color.luminance(found, "A", options.method) * _scale(quantity, unit, options)
 
 
-def check_sizes(limits: Sequence[Limit], settings: Settings) -> None:
-    """Raise ValueError if a minimum needs a size that the settings lack, or none needs one that they have."""
+def check_sizes(limits: Sequence[Limit], options: PhotometryOptions) -> None:
+    """Raise ValueError if a minimum needs a size that the options lack, or none needs one that they have."""
     quantities = {limit.quantity for limit in limits}
     for limit in limits:
-        _scale(limit.quantity, limit.unit, settings)
-    if settings.area_cm2 is not None and not quantities & {"R_I", "R_I/r"}:
+        _scale(limit.quantity, limit.unit, options)
+    if options.area_cm2 is not None and not quantities & {"R_I", "R_I/r"}:
         msg = "an area is for limits of intensity (R_I); R_A and R_L are of the material, whatever its size"
         raise ValueError(msg)
-    if settings.radius_cm is not None and "R_I/r" not in quantities:
+    if options.radius_cm is not None and "R_I/r" not in quantities:
         msg = "a radius is for strips on tyres and rims (R_I/r) alone"
         raise ValueError(msg)
 
 
-def _scale(quantity: str, unit: str, settings: Settings) -> float:
+def _scale(quantity: str, unit: str, options: PhotometryOptions) -> float:
     """What R_A or R_L is multiplied with."""
     if quantity in ("R_A", "R_L"):
         return 1.0
-    if settings.area_cm2 is None:
+    if options.area_cm2 is None:
         msg = f"{quantity} [{unit}] is of a whole reflector: give its area, --area CM2"
         raise ValueError(msg)
-    area = 1e-4 * settings.area_cm2
+    area = 1e-4 * options.area_cm2
     if quantity == "R_I":
         return area * (1000.0 if unit == "mcd/lx" else _LUX_PER_FOOTCANDLE)
-    if settings.radius_cm is None:
+    if options.radius_cm is None:
         msg = f"{quantity} [{unit}] is of a whole strip over its inner radius: give that, --radius CM"
         raise ValueError(msg)
-    return area / (0.01 * settings.radius_cm)
+    return area / (0.01 * options.radius_cm)
 
 
-def _averaged(function: Callable[[float], Array], settings: Settings) -> Array:
-    found = [np.asarray(function(epsilon)) for epsilon in np.deg2rad(settings.rotations_deg)]
+def _averaged(function: Callable[[float], Array], options: PhotometryOptions) -> Array:
+    found = [np.asarray(function(epsilon)) for epsilon in np.deg2rad(options.rotations_deg)]
     return np.asarray(np.mean(found, axis=0))
 
 
-def _against(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Cell]:
+def _against(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> list[Cell]:
     geometries = [(limit.observation_deg, limit.beta1_deg, limit.beta2_deg) for limit in limits]
     observation, beta1, beta2 = np.deg2rad(geometries).T
     found = np.empty(len(limits))
     for kind in dict.fromkeys((limit.quantity, limit.unit) for limit in limits):
         chosen = [i for i, limit in enumerate(limits) if (limit.quantity, limit.unit) == kind]
-        found[chosen] = values(brdf, *kind, observation[chosen], beta1[chosen], beta2[chosen], settings)
+        found[chosen] = values(brdf, *kind, observation[chosen], beta1[chosen], beta2[chosen], options)
     return [
         Cell(
             limit.observation_deg,
@@ -255,21 +255,23 @@ def _against(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Ce
     ]
 
 
-def _grid(brdf: Brdf, settings: Settings, observations: Sequence[float], entrances: Sequence[float]) -> list[Cell]:
+def _grid(
+    brdf: Brdf, options: PhotometryOptions, observations: Sequence[float], entrances: Sequence[float]
+) -> list[Cell]:
     geometries = [(observation, entrance) for observation in observations for entrance in entrances]
     angles = np.deg2rad(geometries)
-    found = values(brdf, "R_A", "cd/lx/m2", angles[:, 0], angles[:, 1], 0.0, settings)
+    found = values(brdf, "R_A", "cd/lx/m2", angles[:, 0], angles[:, 1], 0.0, options)
     cells = [
         Cell(observation, entrance, entrance, 0.0, "R_A", "cd/lx/m2", float(value))
         for (observation, entrance), value in zip(geometries, found, strict=True)
     ]
-    marking = values(brdf, "R_L", "mcd/lx/m2", MARKING_OBSERVATION, MARKING_ENTRANCE, 0.0, settings)
+    marking = values(brdf, "R_L", "mcd/lx/m2", MARKING_OBSERVATION, MARKING_ENTRANCE, 0.0, options)
     observation, entrance = (round(float(np.rad2deg(a)), 6) for a in (MARKING_OBSERVATION, MARKING_ENTRANCE))
     return [*cells, Cell(observation, entrance, entrance, 0.0, "R_L", "mcd/lx/m2", float(marking))]
 
 
-def _colors(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Chromaticity]:
-    return [_color(brdf, _candidates(illuminant, limits), limits, settings) for illuminant in ("D65", "A")]
+def _colors(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> list[Chromaticity]:
+    return [_color(brdf, _candidates(illuminant, limits), limits, options) for illuminant in ("D65", "A")]
 
 
 def _candidates(illuminant: str, limits: Sequence[Limit]) -> list[Box]:
@@ -280,12 +282,12 @@ def _candidates(illuminant: str, limits: Sequence[Limit]) -> list[Box]:
     return own or [box for box in there if box.subject == subject]
 
 
-def _color(brdf: Brdf, candidates: list[Box], limits: Sequence[Limit], settings: Settings) -> Chromaticity:
+def _color(brdf: Brdf, candidates: list[Box], limits: Sequence[Limit], options: PhotometryOptions) -> Chromaticity:
     """The colour in the geometry of the boxes, against that of the class's colour, or else the one that fits best."""
     first = candidates[0]  # they share illuminant and geometry
     observation, beta1 = np.deg2rad([first.observation_deg, first.beta1_deg])
-    f = _averaged(lambda epsilon: brdf(*goniometer.directions(observation, beta1, 0.0, epsilon)), settings)
-    x, y = (float(value) for value in color.chromaticity(f, first.illuminant, settings.method))
+    f = _averaged(lambda epsilon: brdf(*goniometer.directions(observation, beta1, 0.0, epsilon)), options)
+    x, y = (float(value) for value in color.chromaticity(f, first.illuminant, options.method))
     wanted = limits[0].colour if limits else ""
     wanted = _BOX_COLOURS.get(wanted, wanted)
     named = [box for box in candidates if box.colour == wanted]
@@ -298,7 +300,7 @@ def _color(brdf: Brdf, candidates: list[Box], limits: Sequence[Limit], settings:
         first.beta1_deg,
         x,
         y,
-        float(np.pi * color.luminance(f, first.illuminant, settings.method)),
+        float(np.pi * color.luminance(f, first.illuminant, options.method)),
         best,
         None if best is None else margins[best],
         best is not None and bool(limits) and best.standard == limits[0].standard,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.photometry.coefficients import Brdf
-    from mrm_mtlx.photometry.report import Settings
+    from mrm_mtlx.photometry.report import PhotometryOptions
     from mrm_mtlx.standards.tables import Limit
 
 # Curves where no class is asked for: an even choice of what reports have [degrees].
@@ -68,12 +68,12 @@ class Panel:
     series: list[Series]
 
 
-def panels(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Panel]:
+def panels(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> list[Panel]:
     """Curves against the observation angle and against the entrance angle, through the geometries of a class.
 
     Parameters
     ----------
-    brdf, limits, settings
+    brdf, limits, options
         As `photometry.report.measure`.
 
     Raises
@@ -84,7 +84,7 @@ def panels(brdf: Brdf, limits: Sequence[Limit], settings: Settings) -> list[Pane
     quantity, unit = (limits[0].quantity, limits[0].unit) if limits else ("R_A", "cd/lx/m2")
 
     def of(observation: Array, beta1: Array, beta2: Array) -> Array:
-        return values(brdf, quantity, unit, np.deg2rad(observation), np.deg2rad(beta1), np.deg2rad(beta2), settings)
+        return values(brdf, quantity, unit, np.deg2rad(observation), np.deg2rad(beta1), np.deg2rad(beta2), options)
 
     return [_by_observation(of, quantity, unit, limits), _by_entrance(of, quantity, unit, limits)]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mrm_mtlx.measured.measurement import SAME_LIGHT
 from mrm_mtlx.photometry import surface_brdf
-from mrm_mtlx.photometry.report import Settings
+from mrm_mtlx.photometry.report import PhotometryOptions
 from mrm_mtlx.plots import coefficients
 from mrm_mtlx.plots.documents import surface_curve
 from mrm_mtlx.plots.paper import Panel
@@ -82,4 +82,4 @@ def coefficient_panels(measured: CoefficientSamples, surface: Surface) -> list[C
         Limit("", "", "", "", float(o), float(b1), float(b1), float(b2), "R_A", "cd/lx/m2", float(ra), "", "")
         for (o, b1, b2), ra in zip(degrees, measured.ra, strict=True)
     ]
-    return coefficients.panels(surface_brdf(surface), given, Settings(rotations_deg=(0.0,)))
+    return coefficients.panels(surface_brdf(surface), given, PhotometryOptions(rotations_deg=(0.0,)))

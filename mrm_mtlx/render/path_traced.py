@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.render.picture import Settings
+    from mrm_mtlx.render.picture import PictureOptions
 
 # Paths per pixel of one request to Cycles: the pace of the progress bar.
 _PASS = 16
@@ -34,7 +34,7 @@ def render(
     element: Any,
     library: DataLibrary,
     reach: Reach,
-    settings: Settings,
+    options: PictureOptions,
     *,
     paths: int = 64,
     seed: int = 0,
@@ -45,7 +45,7 @@ def render(
 
     Parameters
     ----------
-    element, library, reach, settings
+    element, library, reach, options
         As `picture.render`; the document of `element` gets absolute names of its image files.
     paths
         Paths per pixel; above 16, rounded up to a multiple of it.
@@ -72,21 +72,21 @@ def render(
     rename_files(element.getDocument(), lambda name: str(reach.resolve(name) or ""))
     shaders = [
         generate(document.getDescendant(element.getNamePath()), "osl", library, mode)
-        for document in picture.versions(element.getDocument(), settings)
+        for document in picture.versions(element.getDocument(), options)
     ]
     compiled = [osl.compile_for_cycles(for_cycles(shader), shader.name) for shader in shaders]
-    panels = [(shown, degrees) for shown in compiled for degrees in picture.light_angles(settings)]
+    panels = [(shown, degrees) for shown in compiled for degrees in picture.light_angles(options)]
     passes = -(-paths // _PASS)
-    scene = _scene(settings, min(paths, _PASS))
+    scene = _scene(options, min(paths, _PASS))
     images = []
     for index, (shown, degrees) in enumerate(panels):
-        total = np.zeros((settings.size, settings.size, 4))
+        total = np.zeros((options.size, options.size, 4))
         for number in range(passes):
             (image,) = osl.render(shown, scene, [osl.Take([_light(degrees)])], seed=seed + number)
             total += image
             if progress:
                 progress(index * passes + number + 1, len(panels) * passes)
-        images.append(_on_backdrop(total / passes, settings))
+        images.append(_on_backdrop(total / passes, options))
     return picture.side_by_side(images)
 
 
@@ -104,8 +104,8 @@ def for_cycles(shader: Shader) -> str:
     return source.replace("    return texcoord;", "    return vector2(texcoord.x, 1.0 - texcoord.y);")
 
 
-def _scene(settings: Settings, paths: int) -> osl.Scene:
-    shape = mesh(settings.shape)
+def _scene(options: PictureOptions, paths: int) -> osl.Scene:
+    shape = mesh(options.shape)
     arrays: dict[str, Any] = {
         "vertices": shape.vertices.astype(np.float32),
         "faces": shape.faces,
@@ -113,12 +113,12 @@ def _scene(settings: Settings, paths: int) -> osl.Scene:
         "uv": shape.texcoords.astype(np.float32),
     }
     world: dict[str, Any] = {}
-    if settings.environment is not None:
-        arrays["environment"] = np.asarray(settings.environment[..., :3], dtype=np.float32)
+    if options.environment is not None:
+        arrays["environment"] = np.asarray(options.environment[..., :3], dtype=np.float32)
     to_eye = EYE / np.linalg.norm(EYE)
     camera = {
         "field": float(2.0 * np.arctan(HALF_FIELD)),
-        "resolution": [settings.size, settings.size],
+        "resolution": [options.size, options.size],
         "clip": [0.1, 100.0],
         "filter_width": 1.0,
         "alone": False,
@@ -133,9 +133,9 @@ def _light(degrees: float | None) -> dict[str, Any]:
     return osl.sun(picture.direction_of_light(degrees), picture.IRRADIANCE, shadow=True)
 
 
-def _on_backdrop(image: Array, settings: Settings) -> Array:
+def _on_backdrop(image: Array, options: PictureOptions) -> Array:
     """The picture without its alpha; the surroundings, where there are none, as `picture` shows them."""
     colour, alpha = image[..., :3], image[..., 3:]
-    if settings.environment is None:
+    if options.environment is None:
         colour = colour + (1.0 - np.clip(alpha, 0.0, 1.0)) * picture.BACKDROP
     return np.asarray(np.maximum(np.nan_to_num(colour, nan=0.0), 0.0))

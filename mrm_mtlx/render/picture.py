@@ -44,7 +44,7 @@ _BYTES_PER_SAMPLE = 48
 
 
 @dataclass(frozen=True)
-class Settings:
+class PictureOptions:
     """What is rendered.
 
     Attributes
@@ -68,13 +68,13 @@ class Settings:
     compare: bool
 
 
-def memory(settings: Settings) -> int:
+def memory(options: PictureOptions) -> int:
     """Bytes that a picture takes, beyond those that its material does."""
-    panels = 4 if settings.compare else 1
-    return panels * (settings.size * OVERSAMPLING) ** 2 * _BYTES_PER_SAMPLE
+    panels = 4 if options.compare else 1
+    return panels * (options.size * OVERSAMPLING) ** 2 * _BYTES_PER_SAMPLE
 
 
-def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings) -> NDArray[np.floating]:
+def render(element: Any, library: DataLibrary, reach: Reach, options: PictureOptions) -> NDArray[np.floating]:
     """Linear radiance of the picture, (height, width, 3), oversampled; the light's irradiance at the shape is pi.
 
     So a white diffuser that faces the light has radiance 1.
@@ -87,7 +87,7 @@ def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings)
         If a texture cannot be read, or a comparison is asked for of a material without a retroreflective lobe.
     """
     panels, images = [], DocumentImages(reach)
-    for document in versions(element.getDocument(), settings):
+    for document in versions(element.getDocument(), options):
         shader = generate(document.getDescendant(element.getNamePath()), "glsl", library)
         textures = {
             port.variable: _pixels(port.value, images)
@@ -95,7 +95,7 @@ def render(element: Any, library: DataLibrary, reach: Reach, settings: Settings)
             if port.type == "filename" and port.value and not (names_nothing(port.value) or is_left_open(port.value))
         }
         with SurfaceProgram(shader, textures) as program:
-            panels += [_panel(program, replace(settings, light_degrees=angle)) for angle in light_angles(settings)]
+            panels += [_panel(program, replace(options, light_degrees=angle)) for angle in light_angles(options)]
     return side_by_side(panels, _GAP * OVERSAMPLING)
 
 
@@ -106,20 +106,20 @@ def _pixels(name: str, images: DocumentImages) -> NDArray[Any]:
     return pixels
 
 
-def versions(document: Any, settings: Settings) -> list[Any]:
-    """The document, after its ordinary version where the settings ask for a comparison.
+def versions(document: Any, options: PictureOptions) -> list[Any]:
+    """The document, after its ordinary version where the options ask for a comparison.
 
     Raises
     ------
     ValueError
         As `render`, of a comparison.
     """
-    return [ordinary_copy(document), document] if settings.compare else [document]
+    return [ordinary_copy(document), document] if options.compare else [document]
 
 
-def light_angles(settings: Settings) -> list[float | None]:
+def light_angles(options: PictureOptions) -> list[float | None]:
     """Angle of the light in each panel of one version; None is the headlight."""
-    return [None, settings.light_degrees or COMPARISON_DEGREES] if settings.compare else [settings.light_degrees]
+    return [None, options.light_degrees or COMPARISON_DEGREES] if options.compare else [options.light_degrees]
 
 
 def side_by_side(panels: Sequence[NDArray[np.floating]], gap: int = _GAP) -> NDArray[np.floating]:
@@ -186,27 +186,27 @@ def _shown(radiance: Array, brightest: float) -> Array:
     return np.asarray(np.clip(srgb_encoded(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
 
 
-def _panel(program: SurfaceProgram, settings: Settings) -> NDArray[np.float32]:
-    size = settings.size * OVERSAMPLING
+def _panel(program: SurfaceProgram, options: PictureOptions) -> NDArray[np.float32]:
+    size = options.size * OVERSAMPLING
     environment = None
-    if settings.environment is not None:
-        environment = surroundings.environment(settings.environment, _ENVIRONMENT_SAMPLES)
-    lighting = Lighting(_light(settings.light_degrees), environment, tuple(float(x) for x in EYE))
+    if options.environment is not None:
+        environment = surroundings.environment(options.environment, _ENVIRONMENT_SAMPLES)
+    lighting = Lighting(_light(options.light_degrees), environment, tuple(float(x) for x in EYE))
     image = np.empty((size, size, 3), dtype=np.float32)
     step = max(_BAND // size, 1)
     for rows in (slice(row, row + step) for row in range(0, size, step)):
         rays = camera_rays(size, rows)
-        image[rows] = _seen(program, settings, rays, lighting).reshape(-1, size, 3)
+        image[rows] = _seen(program, options, rays, lighting).reshape(-1, size, 3)
     return image
 
 
-def _seen(program: SurfaceProgram, settings: Settings, rays: Array, lighting: Lighting) -> Array:
+def _seen(program: SurfaceProgram, options: PictureOptions, rays: Array, lighting: Lighting) -> Array:
     """Radiance that comes along rays, (rays, 3)."""
-    hits = intersect(settings.shape, rays)
+    hits = intersect(options.shape, rays)
     seen = np.flatnonzero(hits.found)
     image = np.full((len(rays), 3), BACKDROP)
-    if settings.environment is not None:
-        image = surroundings.look_up(settings.environment, rays)
+    if options.environment is not None:
+        image = surroundings.look_up(options.environment, rays)
     if len(seen):
         inputs = program.surface_inputs(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
         image[seen] = program.draw(inputs, lighting)[:, :3]

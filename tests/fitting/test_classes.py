@@ -17,7 +17,7 @@ from mrm_mtlx.fitting.performance import CEILINGS, MARGIN, meet
 from mrm_mtlx.library import class_materials_folder
 from mrm_mtlx.photometry import document_brdf
 from mrm_mtlx.photometry.coefficients import WITHIN
-from mrm_mtlx.photometry.report import Settings, measure
+from mrm_mtlx.photometry.report import PhotometryOptions, measure
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.request import Request
@@ -49,7 +49,9 @@ def read(text, library):
 def measured(material, text, library):
     """What a document of the material measures against its class."""
     held, element = read(text, library)
-    found = measure(document_brdf(element), material.limits(), Settings((0.0,), area_cm2=material.make.area_cm2))
+    found = measure(
+        document_brdf(element), material.limits(), PhotometryOptions((0.0,), area_cm2=material.make.area_cm2)
+    )
     assert held is not None
     return found
 

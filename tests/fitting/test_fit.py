@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.fitting import fit as fitting
-from mrm_mtlx.fitting.fit import Settings, coefficient_family, fit_family, select, warnings
+from mrm_mtlx.fitting.fit import FitOptions, coefficient_family, fit_family, select, warnings
 from mrm_mtlx.fitting.model import Evaluator, Family
 from mrm_mtlx.fitting.samples import MAXIMUM, directions, doubts, from_coefficients, from_measurement, reciprocity
 from mrm_mtlx.measured import CoefficientSamples, Measurement, read
@@ -63,7 +63,7 @@ START = [np.array([0.5, np.log(0.1), 0.3, np.log(0.1), 0.0, 0.5])]
 @pytest.mark.parametrize("residual", ["log", "root", "linear"])
 def test_parameters_of_exact_data_are_recovered(measured, residual, loss):
     samples = from_measurement(measured, residual=residual)
-    fit = fit_family(TAPE, samples, Settings(loss=loss), START)
+    fit = fit_family(TAPE, samples, FitOptions(loss=loss), START)
     for name, value in VALUES.items():
         # A search ends when the cost moves by 1e-7 of itself, which here is next to nothing; six digits are written.
         assert fit.values[name][0] == pytest.approx(value[0], rel=1e-3), name
@@ -75,7 +75,7 @@ def test_parameters_of_noisy_data_lie_within_their_stated_errors(samples, rng, s
     repeats = 8
     scores = []
     for _ in range(repeats):
-        fit = fit_family(TAPE, noisy(samples, rng), Settings(), START)
+        fit = fit_family(TAPE, noisy(samples, rng), FitOptions(), START)
         scores.append([(fit.values[name][0] - VALUES[name][0]) / number(fit, name)[1] for name in VALUES])
     # Errors of the parameters are correlated; each by itself over the repeats is not.
     level = significance.level(2 * len(VALUES))
@@ -85,14 +85,14 @@ def test_parameters_of_noisy_data_lie_within_their_stated_errors(samples, rng, s
 
 
 def test_errors_that_are_stated_too_small_would_be_seen(samples, rng):
-    fit = fit_family(TAPE, noisy(samples, rng), Settings(), START)
+    fit = fit_family(TAPE, noisy(samples, rng), FitOptions(), START)
     value, error = number(fit, "lobe.color0")
     # The error is that of the noise: some 3 % over the root of the samples that the lobe has, ten to a thousand.
     assert 0.03 / np.sqrt(1000) < error / value < 0.03 / np.sqrt(10)
 
 
 def test_the_data_choose_the_layers_that_they_were_made_with(samples, rng):
-    found = select(noisy(samples, rng), Settings(starts=1))
+    found = select(noisy(samples, rng), FitOptions(starts=1))
     family = found.fit.family
     assert (family.coats, family.lobes, family.falling, family.rough, family.diffuse) == (1, 1, True, False, True)
     assert [step.what for step in found.steps[1:]].count("fall-off with the entrance angle") == 1
@@ -103,7 +103,7 @@ def test_the_data_choose_the_layers_that_they_were_made_with(samples, rng):
 
 def test_the_same_seed_gives_the_same_numbers(samples, rng):
     there = noisy(samples, rng)
-    fits = [fit_family(TAPE, there, Settings(seed=3, starts=2)) for _ in range(2)]
+    fits = [fit_family(TAPE, there, FitOptions(seed=3, starts=2)) for _ in range(2)]
     assert all(np.array_equal(fits[0].values[name], fits[1].values[name]) for name in VALUES)
 
 
@@ -111,7 +111,7 @@ def test_a_robust_loss_shrugs_off_a_few_wild_samples(samples, rng):
     there = noisy(samples, rng)
     wild = rng.choice(len(there), len(there) // 50, replace=False)
     there.value[wild] *= 100.0
-    robust, plain = (fit_family(TAPE, there, Settings(loss=loss), START) for loss in ("soft_l1", "linear"))
+    robust, plain = (fit_family(TAPE, there, FitOptions(loss=loss), START) for loss in ("soft_l1", "linear"))
     off = [abs(fit.values["diffuse.color"][0] / 0.4 - 1.0) for fit in (robust, plain)]
     assert off[0] < 0.5 * off[1]
 
@@ -119,18 +119,18 @@ def test_a_robust_loss_shrugs_off_a_few_wild_samples(samples, rng):
 def test_a_number_that_the_data_cannot_tell_is_reported(measured):
     # Under one light, the height of a lobe and its fall-off with the entrance angle are one number.
     there = from_measurement(measured.chosen(np.abs(measured.theta_l - np.deg2rad(30.0)) < 1e-6))
-    told = warnings(fit_family(TAPE, there, Settings(), START), there)
+    told = warnings(fit_family(TAPE, there, FitOptions(), START), there)
     assert any("lobe.color0 and lobe.exponent cannot be told apart" in line for line in told)
 
 
 def test_what_the_data_can_tell_is_not_reported(samples, rng):
     there = noisy(samples, rng)
-    assert warnings(fit_family(TAPE, there, Settings(), START), there) == []
+    assert warnings(fit_family(TAPE, there, FitOptions(), START), there) == []
 
 
 def test_a_lobe_that_no_sample_is_within_is_reported(samples):
     values = VALUES | {"lobe.alpha": np.array([0.003])}
-    fit = fit_family(TAPE, samples, Settings(), START)
+    fit = fit_family(TAPE, samples, FitOptions(), START)
     missed = samples.chosen(np.linalg.norm(samples.v - samples.l, axis=1) > 0.05)
     assert any(
         line.startswith("lobe: 0 samples are within the width")
@@ -140,7 +140,7 @@ def test_a_lobe_that_no_sample_is_within_is_reported(samples):
 
 def test_fewer_values_than_numbers_are_refused(samples):
     with pytest.raises(ValueError, match="4 values cannot tell 6 parameters"):
-        fit_family(TAPE, samples.chosen(np.arange(4)), Settings(), START)
+        fit_family(TAPE, samples.chosen(np.arange(4)), FitOptions(), START)
 
 
 @pytest.mark.parametrize("channels", [3])
@@ -151,7 +151,7 @@ def test_colours_are_fitted_channel_by_channel(measured, channels):
     )
     family = replace(TAPE, channels=channels)
     starts = [family.vector(VALUES | {name: np.repeat(VALUES[name], 3) for name in ("lobe.color0", "diffuse.color")})]
-    fit = fit_family(family, from_measurement(replace(measured, f=f)), Settings(), starts)
+    fit = fit_family(family, from_measurement(replace(measured, f=f)), FitOptions(), starts)
     # Layers pass on the mean of the channels; made one by one, the data differ by the share of the others, 0.2 at most.
     np.testing.assert_allclose(fit.values["lobe.color0"] / fit.values["lobe.color0"][0], factors, rtol=0.1)
 
@@ -205,7 +205,7 @@ def test_radians_that_are_called_degrees_are_doubted(measured):
 def test_a_column_on_the_wrong_side_shows_no_retroreflection(measured):
     # The azimuth counted from the mirror's side: the retroreflective peak is taken for a mirror's, and the other way.
     turned = from_measurement(replace(measured, dphi=measured.dphi + np.pi))
-    right, wrong = (fit_family(TAPE, there, Settings(), START) for there in (from_measurement(measured), turned))
+    right, wrong = (fit_family(TAPE, there, FitOptions(), START) for there in (from_measurement(measured), turned))
     assert wrong.rms > 100.0 * right.rms
 
 
@@ -266,7 +266,7 @@ def test_two_coefficients_are_met_exactly(tint):
     samples = from_coefficients(coefficients((0.2, -4.0, 250.0), (0.5, -4.0, 65.0)))
     family = coefficient_family(samples, tint, GREY)
     assert [p.label for p in family.parameters] == ["lobe.color0", "lobe.alpha"]
-    fit = select(samples, Settings(loss="linear", starts=1), base=family, criterion="AICc").fit
+    fit = select(samples, FitOptions(loss="linear", starts=1), base=family, criterion="AICc").fit
     # Six digits are written; D moves by four times as much as alpha.
     np.testing.assert_allclose(
         samples.modelled(Evaluator(family, samples.v, samples.l).eval(fit.values))[:, 0], [250, 65], rtol=1e-5
@@ -277,7 +277,7 @@ def test_two_coefficients_are_met_exactly(tint):
 def test_one_coefficient_is_met_with_the_usual_width(rng):
     samples = from_coefficients(coefficients((0.2, 5.0, 100.0)))
     fit = select(
-        samples, Settings(loss="linear", starts=1), base=coefficient_family(samples, WHITE, GREY), criterion="AICc"
+        samples, FitOptions(loss="linear", starts=1), base=coefficient_family(samples, WHITE, GREY), criterion="AICc"
     ).fit
     assert fit.values["lobe.alpha"] == 0.005
     assert fit.rms < 1e-5
@@ -290,7 +290,7 @@ def test_coefficients_at_several_entrance_angles_tell_the_fall_off():
     made = {"lobe.color0": [0.1], "lobe.alpha": [0.005], "lobe.exponent": [0.8], "diffuse.color": GREY}
     made = {name: np.array(value) for name, value in made.items()}
     there = replace(there, value=there.modelled(Evaluator(family, there.v, there.l).eval(made)))
-    found = select(there, Settings(loss="linear", starts=1), base=family, criterion="AICc")
+    found = select(there, FitOptions(loss="linear", starts=1), base=family, criterion="AICc")
     assert found.fit.family.lobes == 1
     for name in ("lobe.color0", "lobe.alpha", "lobe.exponent"):
         assert found.fit.values[name][0] == pytest.approx(made[name][0], rel=1e-4)  # of a search that ends at 1e-7
@@ -322,7 +322,7 @@ NEAR = {
 @pytest.mark.parametrize(("cosine", "bound"), [("l", 0.49), ("v", 0.345)])
 def test_the_tape_is_fitted_better_than_by_three_lobes(tape, cosine, bound):
     start = [FOUND.vector({name: np.array([value]) for name, value in NEAR.items()})]
-    fit = fit_family(FOUND, from_measurement(tape, cosine=cosine), Settings(), start)
+    fit = fit_family(FOUND, from_measurement(tape, cosine=cosine), FitOptions(), start)
     # One retroreflective lobe, one mirror lobe and a Lambertian term reach 0.530 with the cosine of l. Bounds: what is
     # in docs/fitting.md, to two digits.
     assert fit.rms < bound < 0.53
@@ -338,7 +338,7 @@ def test_the_cosine_in_the_file_of_the_tape_is_that_of_the_viewer(tape):
 
 def test_the_parameters_of_the_paper_come_out_of_its_model(tape):
     samples = from_measurement(tape, residual="root", plane=True, around=np.deg2rad(15.0))
-    fit = fit_family(Family(lobes=1, diffuse=False, paper=True), samples, Settings())
+    fit = fit_family(Family(lobes=1, diffuse=False, paper=True), samples, FitOptions())
     # The paper prints two digits: roughness 0.23, F0 0.19, F82 0.
     assert round(float(np.sqrt(fit.values["lobe.alpha"][0])), 2) == 0.23
     assert round(float(fit.values["lobe.color0"][0]), 2) == 0.19

@@ -9,13 +9,13 @@ import pytest
 
 from mrm_mtlx.bsdf import GeneralizedSchlick, Lambert
 from mrm_mtlx.photometry import luminance_weights
-from mrm_mtlx.photometry.report import Settings, check_sizes, measure, values
+from mrm_mtlx.photometry.report import PhotometryOptions, check_sizes, measure, values
 from mrm_mtlx.standards import limits
 
 # Relative: products of a handful of numbers, and a cosine of degrees.
 EXACT = 1e-12
 
-POINT = Settings(rotations_deg=(0.0,))
+POINT = PhotometryOptions(rotations_deg=(0.0,))
 WHITE = Lambert(1.0).eval
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf import GeneralizedSchlick, Lambert
-from mrm_mtlx.photometry.report import Settings, measure
+from mrm_mtlx.photometry.report import PhotometryOptions, measure
 from mrm_mtlx.plots import coefficients, drawing, style
 from mrm_mtlx.plots.coefficients_drawing import picture
 from mrm_mtlx.standards import limits
 
-POINT = Settings(rotations_deg=(0.0,))
+POINT = PhotometryOptions(rotations_deg=(0.0,))
 LOBE = GeneralizedSchlick(0.1, 1.0, 0.1, alpha=(0.004, 0.004), retroreflective=True).eval
 
 # Relative: straight lines between samples 1 % apart in the angle, of a curve that falls with its fourth power at most.
@@ -22,7 +22,12 @@ BETWEEN = 1e-2
     ("name", "colour", "settings", "shown"),
     [
         ("DOT-C2", "white", POINT, (6, 6)),
-        ("front", "clear", Settings((0.0,), area_cm2=20.0), (12, 10)),  # 10 up or down is not on the axis to the side
+        (
+            "front",
+            "clear",
+            PhotometryOptions((0.0,), area_cm2=20.0),
+            (12, 10),
+        ),  # 10 up or down is not on the axis to the side
         ("R4 permanent", "white", POINT, (1, 1)),
     ],
 )
@@ -69,7 +74,7 @@ def test_black_and_a_deep_fall_can_be_drawn(tmp_path):
 def test_every_class_has_lines_that_can_be_told_apart():
     from mrm_mtlx.standards.tables import classes
 
-    sized = Settings((0.0,), area_cm2=20.0, radius_cm=30.0)
+    sized = PhotometryOptions((0.0,), area_cm2=20.0, radius_cm=30.0)
     for chosen in classes():
         rows = limits(chosen.class_name, chosen.colour, standard=chosen.standard)
         for panel in coefficients.panels(Lambert().eval, rows, sized):

@@ -49,7 +49,7 @@ def rendered(gl, surface_document: Callable, library: DataLibrary, tmp_path_fact
     def draw(nodes: str, **changes: object) -> Array:
         document = surface_document(nodes)
         plain = {"shape": "sphere", "light_degrees": None, "size": SIZE, "environment": None, "compare": False}
-        settings = picture.Settings(**{**plain, **changes})
+        settings = picture.PictureOptions(**{**plain, **changes})
         return picture.render(document.getNode("m"), library, Reach.only(folder), settings)
 
     return draw

@@ -41,7 +41,7 @@ def both(cycles, gl, surface_document, library, tmp_path) -> Callable[..., tuple
 
     def draw(nodes: str, mode: OslMode = OslMode.ALIGNED, **changes: object) -> tuple[Array, Array]:
         plain = {"shape": "sphere", "light_degrees": 30.0, "size": SIZE, "environment": None, "compare": False}
-        settings = picture.Settings(**{**plain, **changes})
+        settings = picture.PictureOptions(**{**plain, **changes})
         first, second = (surface_document(nodes) for _ in range(2))
         drawn = picture.render(first.getNode("m"), library, Reach.only(tmp_path), settings)
         step = picture.OVERSAMPLING
@@ -111,7 +111,7 @@ def test_surroundings_lie_the_same_way(both):
 
 
 def test_progress_is_told_and_the_seed_fixes_the_picture(cycles, surface_document, library, tmp_path):
-    settings = picture.Settings("plane", None, SIZE, np.full((4, 8, 3), 0.5, np.float32), compare=False)
+    settings = picture.PictureOptions("plane", None, SIZE, np.full((4, 8, 3), 0.5, np.float32), compare=False)
     heard: list[tuple[int, int]] = []
 
     def trace(seed: int) -> Array:

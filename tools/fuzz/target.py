@@ -226,7 +226,7 @@ def _measured(path: Path) -> Verdict:
     from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
     from mrm_mtlx.formats import openmaterial
     from mrm_mtlx.measured import Measurement
-    from mrm_mtlx.measured.reading import read
+    from mrm_mtlx.measured.any_format import read
 
     try:
         if path.suffix == ".json":

@@ -1,0 +1,238 @@
+"""A document, read and checked, for the functions that use one."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRenderError
+from mrm_mtlx.api.listener import SILENT, Listener
+from mrm_mtlx.system import child
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, refuse
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.reference import Surface
+    from mrm_mtlx.validation.drawing import CheckedImages
+
+# Whose implementation of the flag is used; the names of library.Origin.
+LibraryName: TypeAlias = Literal["mrm", "upstream"]
+PathLike: TypeAlias = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class OpenDocument:
+    """A document that was read and checked. Its elements live as long as it is held.
+
+    Attributes
+    ----------
+    path
+    findings
+        What is to be said of it, none of which prevents its use.
+    elements
+        Names of its renderable elements, or the one that was chosen.
+    imported, library
+        What was read, and the definitions that it was read with.
+    """
+
+    path: Path
+    findings: tuple[Finding, ...]
+    elements: tuple[str, ...]
+    imported: Imported = field(repr=False)
+    library: DataLibrary = field(repr=False)
+
+    @property
+    def document(self) -> Any:
+        """The MaterialX document itself."""
+        return self.imported.document
+
+    def element(self, name: str) -> Any:
+        """A renderable element of MaterialX, by its name."""
+        return self.document.getDescendant(name)
+
+    def only(self, element: str | None) -> OpenDocument:
+        """The same document with one of its elements chosen.
+
+        Raises
+        ------
+        ArgumentError
+            If it has no such element.
+        """
+        if element is None:
+            return self
+        if element not in self.elements:
+            msg = f"{element}: expected one of {', '.join(self.elements)}"
+            raise ArgumentError(msg, "element")
+        return OpenDocument(self.path, self.findings, (element,), self.imported, self.library)
+
+    def surfaces(self) -> list[OpenSurface]:
+        """The surfaces of its elements, ready to be evaluated.
+
+        Raises
+        ------
+        NoReferenceError
+            If the reference does not know what a surface uses.
+        """
+        from mrm_mtlx.reference import Surface, UnsupportedError
+        from mrm_mtlx.validation.drawing import CheckedImages
+
+        found = []
+        for name in self.elements:
+            images = CheckedImages(self.imported.reach, f"/{name}")
+            try:
+                found.append(OpenSurface(name, Surface(self.element(name), images=images), images, self))
+            except (UnsupportedError, RecursionError) as error:
+                msg = f"/{name} has no reference: {error}"
+                raise NoReferenceError(msg, self.findings) from error
+        return found
+
+
+@dataclass(frozen=True)
+class OpenSurface:
+    """A surface of a document, ready to be evaluated, and the images that it reads then.
+
+    Attributes
+    ----------
+    name
+        Of its element.
+    surface
+        The reference.
+    images
+        What is wrong with them is known once they are read.
+    owner
+        The document.
+    """
+
+    name: str
+    surface: Surface
+    images: CheckedImages = field(repr=False)
+    owner: OpenDocument = field(repr=False)
+
+    def refuse_missing_images(self, listener: Listener = SILENT) -> None:
+        """Raise a DocumentError if an image could not be read, and free the others."""
+        problems = self.images.findings
+        if problems:
+            listener.image_findings(problems)
+            msg = "; ".join(found.message for found in problems)
+            raise DocumentError(msg, (*self.owner.findings, *problems))
+        self.images.release()
+
+
+def open_document(
+    path: PathLike | OpenDocument,
+    *,
+    element: str | None = None,
+    library: LibraryName = "mrm",
+    root: Sequence[PathLike] = (),
+    listener: Listener = SILENT,
+) -> OpenDocument:
+    """Read and check a document, or a file of another format as one.
+
+    Parameters
+    ----------
+    path
+        The file. A document that is open already is taken as it is.
+    element
+        The renderable element in question; by default all.
+    library
+        "mrm": this project's implementation of the flag; "upstream": MaterialX's.
+    root
+        Folders from which files may be read besides the document's own, and in which they are looked for.
+    listener
+        Told of the findings.
+
+    Raises
+    ------
+    ArgumentError
+        If the path is a folder, or there is no such element.
+    DocumentError
+        If the document cannot be read or is broken; NothingToRenderError if it has nothing to render.
+    """
+    if isinstance(path, OpenDocument):
+        refuse({"root": root, "library": None if library == "mrm" else library}, "not with a document that is open")
+        return path.only(element)
+    from mrm_mtlx.library import Origin, load_library
+
+    check_choice("library", library, ("mrm", "upstream"))
+    roots = _folders(root)
+    path = Path(path)
+    child.opening(path)
+    if path.is_dir():
+        msg = f"{path} is a folder; name one document"
+        raise ArgumentError(msg, "path")
+    data = load_library(Origin(library))
+    imported, findings = _read(path, roots, data)
+    listener.findings(findings)
+    if imported is None:
+        raise DocumentError(_first(path, findings), findings)
+    return _chosen(path, imported, findings, data, element)
+
+
+def _folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
+    folders = tuple(map(Path, root))
+    for folder in folders:
+        if not folder.is_dir():
+            msg = f"{folder}: expected a folder that exists"
+            raise ArgumentError(msg, "root")
+    return folders
+
+
+def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Imported | None, list[Finding]]:
+    """A document, None if it cannot be used, and what is to be said of it."""
+    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import blocks, capped, finding
+    from mrm_mtlx.formats.reading import ReadError, in_file, read_document
+    from mrm_mtlx.validation.file_checks import check_files
+    from mrm_mtlx.validation.graph_checks import check_graph
+
+    if not path.exists():
+        return None, [finding("READ_MISSING", "", f"'{path}' does not exist")]
+    try:
+        imported, findings = read_document(path, Reach.beside(path, roots), library, _scratch())
+        checked = check_graph(imported.document)
+        checked += check_files(imported.document, imported.reach, library)
+    except ReadError as error:
+        return None, [error.finding]
+    findings = findings + [in_file(found, imported) for found in checked]
+    usable = not any(blocks(found) for found in findings)
+    # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
+    shown = capped(found for found in findings if not found.code.startswith("USD_VALIDATOR"))
+    return imported if usable else None, shown
+
+
+def _first(path: Path, findings: Sequence[Finding]) -> str:
+    """The message of an exception: the first of the errors, and how many more there are."""
+    errors = [found for found in findings if found.severity == "error"]
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    first = errors[0]
+    place = f" {first.location}" if first.location else ""
+    return f"{path}: {first.code}{place}: {first.message}{more}"
+
+
+def _chosen(
+    path: Path, imported: Imported, findings: list[Finding], library: DataLibrary, element: str | None
+) -> OpenDocument:
+    from mrm_mtlx.shadergen import renderable_elements
+
+    names = tuple(e.getNamePath() for e in renderable_elements(imported.document))
+    opened = OpenDocument(path, tuple(findings), names, imported, library).only(element)
+    if not opened.elements:
+        msg = f"{path} has nothing to render"
+        raise NothingToRenderError(msg, findings)
+    return opened
+
+
+def _scratch() -> Path:
+    """An empty folder, removed when the process ends."""
+    folder = tempfile.mkdtemp(prefix="mrm-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
