@@ -52,7 +52,7 @@ COMMANDS = {
     "mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --colour red": (
         "(tests/measured/test_classes.py measures each)"
     ),
-    "python docs/classes.py --pictures": "(tests/measured/test_classes.py makes the page)",
+    "python -m tools.make_docs classes.md images/classes.png": "(tests/fitting/test_classes.py makes the page)",
     "pip install . && mrm validate materials/": "mrm validate materials/ --samples 1024 --target glsl",
     "pip install '.[test]' && pytest": "(this is the run)",
     "mrm library install hosts": None,
@@ -88,18 +88,18 @@ COMMANDS = {
         "--paths 4"
     ),
     "pip install 'mrm-mtlx[osl]'": "(tests/test_wheel.py installs)",
-    "python docs/osl_accuracy.py > docs/osl-accuracy.md": "(takes minutes; it is imported below)",
+    "python -m tools.osl_accuracy > docs/osl-accuracy.md": "(takes minutes; tests/tools/test_make_docs.py imports it)",
+    "python -m tools.make_docs": "(takes minutes; tests/tools/test_make_docs.py has its parts)",
+    "python -m tools.make_docs --check": "(takes half a minute; tests/tools/test_make_docs.py has its parts)",
     "python benchmarks/run.py": "(takes minutes and prints times; benchmarks are imported below)",
-    "python docs/pictures.py": "(takes minutes; it is imported below)",
     "mrm plot --roughness 0.4 --light 20 --light 60 -o lobes.svg": None,
     "mrm plot --roughness 0.4 --light 20 --light 60 --scale polar -o polar.svg": None,
     "mrm plot --model conductor --alpha 0.05 --distribution beckmann --masking v_cavity -o gold.png": None,
     "mrm plot materials/retroreflective_tape_yellow.mtlx --light 15 --light 60 -o tape.svg": None,
-    "mrm plot --figure all -o docs/figures": "(tests/cli/test_plot.py draws them)",
+    "mrm plot --figure all -o figures": "(tests/cli/test_plot.py draws them)",
     "mrm plot --figure 4 --measured retro_3m_yellow.dat -o figure4.svg": "(tests/cli/test_plot.py has the data)",
     "mrm render show/materials/sign.mtlx -o sign.png --root show": "(tests/cli/test_roots.py has such folders)",
     "mrm validate show/materials --root show --root studio/library": "(tests/cli/test_roots.py has such folders)",
-    "mrm rules --markdown > docs/rules.md": "mrm rules --markdown",
     "python -m tools.fuzz -j 2": "(takes half an hour; tests/hostile/test_fuzz.py runs 2,000)",
     "python -m tools.fuzz --kind mtlx --count 25000 --seed 1 -j 2": (
         "python -m tools.fuzz --kind mtlx --count 25 --seed 1"
@@ -216,7 +216,7 @@ def test_the_page_of_rules_is_up_to_date() -> None:
     from mrm_mtlx.findings.catalogue import RULES
 
     page = (REPOSITORY / "docs/rules.md").read_text(encoding="utf-8")
-    assert page == markdown_page(list(RULES.values())) + "\n", "run: mrm rules --markdown > docs/rules.md"
+    assert page == markdown_page(list(RULES.values())) + "\n", "run: python -m tools.make_docs rules.md"
 
 
 @pytest.mark.parametrize("page", [*PAGES, "docs/upstream-notes.md"])
@@ -281,7 +281,7 @@ def test_the_page_of_reliability_names_every_test_of_hostile_documents() -> None
     assert set(re.findall(r"`(test_\w+\.py)`", text)) == found - tools
 
 
-def test_benchmarks_and_figures_import() -> None:
-    for script in ("benchmarks/run.py", "docs/osl_accuracy.py", "docs/pictures.py"):
+def test_benchmarks_import() -> None:
+    for script in ("benchmarks/run.py",):
         code = f"import runpy; runpy.run_path({str(REPOSITORY / script)!r}, run_name='imported')"
         subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

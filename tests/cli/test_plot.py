@@ -16,6 +16,7 @@ from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
 from mrm_mtlx.cli import plot
 from mrm_mtlx.plots import drawing, style
 from mrm_mtlx.plots.parameters import PARAMETERS
+from tools.make_docs import FIGURES, same_picture
 
 BEGINNINGS = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
 
@@ -299,36 +300,17 @@ def test_the_names_of_the_options_are_those_of_the_modules_they_stand_for():
     assert {name.value for name in plot.MaskingName} == set(MASKINGS)
 
 
-# The pictures of docs/plots.md, and the calls that make them.
-PICTURES = {
-    "lobes": "--roughness 0.4 --light 20 --light 60 -o {}",
-    "polar": "--roughness 0.4 --light 20 --light 60 --scale polar -o {}",
-    "tape": "{tape} --light 15 --light 60 -o {}",
-    "figure2": "--figure 2 -o {}",
-    "figure4": "--figure 4 -o {}",
-}
-_NUMBER = re.compile(r"-?\d+\.\d+|-?\d+")
-
-
-def same_picture(first: str, second: str) -> bool:
-    """Whether two SVG files differ in roundings alone; names of parts are hashes of what is in them."""
-    texts = [re.sub(r"\b[a-z][0-9a-f]{10}\b", "part", text) for text in (first, second)]
-    numbers = [np.array(_NUMBER.findall(text), dtype=float) for text in texts]
-    if _NUMBER.sub("0", texts[0]) != _NUMBER.sub("0", texts[1]):
-        return False
-    # A fiftieth of a line's width, in points.
-    return bool(np.allclose(*numbers, rtol=0.0, atol=0.02))
-
-
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", FIGURES)
 def test_the_pictures_of_the_documentation_are_up_to_date(here, repository, tmp_path, name):
-    kept = (repository / "docs" / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+    kept = (repository / "docs" / name).read_text(encoding="utf-8")
     version = re.search(r"Matplotlib v([\d.]+)", kept)[1]
     if version != mpl.__version__:
         pytest.skip(f"drawn by Matplotlib {version}, which sets letters in another way than {mpl.__version__}")
-    call = PICTURES[name].format("new.svg", tape=TAPE)
+    call = FIGURES[name].format(file="new.svg").replace("materials/retroreflective_tape_yellow.mtlx", str(TAPE))
     assert here(*shlex.split(call)).exit_code == 0
-    assert same_picture(kept, (tmp_path / "new.svg").read_text(encoding="utf-8")), f"run: mrm plot {PICTURES[name]}"
+    assert same_picture(kept, (tmp_path / "new.svg").read_text(encoding="utf-8")), (
+        f"run: python -m tools.make_docs {name}"
+    )
 
 
 def test_a_picture_that_is_out_of_date_is_seen(here, repository, tmp_path):

@@ -1,7 +1,11 @@
-"""Makes docs/classes.md from the documents, and with --pictures its picture: `python docs/classes.py --pictures`."""
+"""The page of the materials of classes, from their documents: `python -m tools.classes_page > docs/classes.md`.
+
+With `--picture FILE` it draws them instead, in OpenGL.
+"""
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,13 +26,12 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.standards.tables import Limit
 
-DOCS = Path(__file__).parent
 COLUMNS = 3
 PANEL = 112
 # What carries a material in the picture, where a sphere would not.
 SHAPES = {"iso_20471_silver": "cone", "lifesaving_silver": "cone"}
 
-HEAD = """<!-- Made by: python docs/classes.py -->
+HEAD = """<!-- Made by: python -m tools.classes_page > docs/classes.md -->
 # Materials of known performance
 
 A material for each class of a standard, in `materials_classes/` of a checkout; `mrm library --classes` prints where
@@ -45,7 +48,7 @@ from the minima that `mrm photometry --list` prints. To check one:
 
 The tables below are made from the documents:
 
-    python docs/classes.py --pictures
+    python -m tools.make_docs classes.md images/classes.png
 
 ![Each material twice: under a light from 30 degrees aside, and from half a degree](images/classes.png)
 
@@ -75,11 +78,15 @@ with the entrance angle, color0 (1 - (1 - cos)^e) with e from 0.35, below which 
 """
 
 
-def main() -> None:
-    """Write the page, and the picture if asked."""
-    (DOCS / "classes.md").write_text(page(), encoding="utf-8")
-    if "--pictures" in sys.argv:
-        pictures()
+def main(arguments: list[str]) -> None:
+    """Print the page, or draw the picture."""
+    parser = argparse.ArgumentParser(prog="python -m tools.classes_page", description=__doc__.partition("\n")[0])
+    parser.add_argument("--picture", type=Path, help="draw the materials into this file, and print nothing")
+    chosen = parser.parse_args(arguments)
+    if chosen.picture:
+        draw(chosen.picture)
+    else:
+        sys.stdout.write(page())
 
 
 def page() -> str:
@@ -199,8 +206,8 @@ def _number(value: float) -> str:
     return f"{value:.0f}" if value >= 1000.0 else f"{value:.3g}"
 
 
-def pictures() -> None:
-    """All materials under a light aside and one near the eye, docs/images/classes.png."""
+def draw(path: Path) -> None:
+    """All materials under a light aside and one near the eye, in a picture."""
     import matplotlib as mpl
     import numpy as np
 
@@ -224,8 +231,8 @@ def pictures() -> None:
         axis.imshow(np.clip(np.concatenate(panels, axis=1), 0.0, 1.0) ** (1.0 / 2.2), interpolation="lanczos")
         axis.set_title(material.name, color="white", fontsize=8, pad=3)
     figure.subplots_adjust(left=0.01, right=0.99, top=0.965, bottom=0.005, hspace=0.18, wspace=0.04)
-    figure.savefig(DOCS / "images" / "classes.png", dpi=64, metadata={"Software": None})
+    figure.savefig(path, dpi=64, metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

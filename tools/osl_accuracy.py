@@ -1,4 +1,4 @@
-"""Measures how near the aligned lobe of OSL is to the exact one: `python docs/osl_accuracy.py > docs/osl-accuracy.md`.
+"""Measures how near the aligned lobe of OSL is to the exact one: `python -m tools.osl_accuracy > docs/osl-accuracy.md`.
 
 Needs Cycles, see `mrm doctor`; a minute on two processors.
 """
@@ -15,7 +15,7 @@ VIEWS_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 
 def main() -> None:
     """Print the tables."""
-    print("<!-- Made by: python docs/osl_accuracy.py > docs/osl-accuracy.md -->\n# Accuracy of the aligned lobe\n")
+    print("<!-- Made by: python -m tools.osl_accuracy > docs/osl-accuracy.md -->\n# Accuracy of the aligned lobe\n")
     print(
         f"Measured in {osl.availability().detail}, against the oracle; see [osl.md](osl.md). Each cell: L1 error, then"
     )

@@ -1,7 +1,8 @@
-"""Makes the pictures of the documentation: `python docs/pictures.py`."""
+"""The pictures of the documentation: `python -m tools.pictures` draws them into docs/images."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 import tempfile
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.library import DataLibrary
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
 SHAPES = {"traffic_cone_collar": "cone", "shoe_trim": "cone", "hi_vis_tape_silver": "sphere", "cats_eye": "sphere"}
 PANELS = (
     "ordinary,\nlight at the eye",
@@ -66,8 +67,8 @@ def comparison(path: Path, shape: str, size: int) -> NDArray[np.float32]:
         return read_image(target)
 
 
-def overview(paths: list[Path]) -> None:
-    """All materials under each other, docs/images/materials.png."""
+def overview(paths: list[Path], target: Path) -> None:
+    """All materials under each other: materials.png."""
     figure, axes = plt.subplots(len(paths), 1, figsize=(9.0, 1.72 * len(paths)), facecolor="#181818")
     for axis, path in zip(axes, paths, strict=True):
         pixels = comparison(path, SHAPES.get(path.stem, "plane"), PANEL)
@@ -78,11 +79,11 @@ def overview(paths: list[Path]) -> None:
     for index, label in enumerate(PANELS):
         axes[0].text((index + 0.5) * width, -8, label, color="white", ha="center", va="bottom", fontsize=9)
     figure.subplots_adjust(left=0.16, right=0.99, top=0.965, bottom=0.005, hspace=0.04)
-    figure.savefig(IMAGES / "materials.png", dpi=80, metadata={"Software": None})
+    figure.savefig(target, dpi=80, metadata={"Software": None})
 
 
-def teaser(path: Path) -> None:
-    """One material, docs/images/compare.png: the README's picture."""
+def teaser(path: Path, target: Path) -> None:
+    """One material: compare.png, the README's picture."""
     figure, axis = plt.subplots(figsize=(10.0, 3.0), facecolor="#181818")
     pixels = comparison(path, "cone", 320)
     axis.imshow(pixels, interpolation="lanczos")
@@ -91,11 +92,11 @@ def teaser(path: Path) -> None:
     for index, label in enumerate(PANELS):
         axis.text((index + 0.5) * width, -10, label.replace("\n", " "), color="white", ha="center", fontsize=9)
     figure.subplots_adjust(left=0.0, right=1.0, top=0.93, bottom=0.0)
-    figure.savefig(IMAGES / "compare.png", dpi=96, metadata={"Software": None})
+    figure.savefig(target, dpi=96, metadata={"Software": None})
 
 
-def five_in_osl() -> None:
-    """Five materials in OpenGL and in Cycles, docs/images/osl.png; prints how far the pictures are apart."""
+def five_in_osl(target: Path) -> None:
+    """Five materials in OpenGL and in Cycles, osl.png; prints how far the pictures are apart."""
     figure, axes = plt.subplots(len(FIVE), 1, figsize=(9.0, 1.36 * len(FIVE)), facecolor="#181818")
     library = load_library()
     for axis, (name, shape) in zip(axes, FIVE.items(), strict=True):
@@ -120,11 +121,11 @@ def five_in_osl() -> None:
     for index, label in enumerate(("light at the eye", "1° aside", "30° aside")):
         axes[0].text((index + 0.5) * width, -8, label, color="white", ha="center", va="bottom", fontsize=9)
     figure.subplots_adjust(left=0.12, right=0.995, top=0.95, bottom=0.005, hspace=0.04)
-    figure.savefig(IMAGES / "osl.png", dpi=110, metadata={"Software": None})
+    figure.savefig(target, dpi=110, metadata={"Software": None})
 
 
-def three_formats() -> None:
-    """A material from a glTF asset and from what it is converted to, docs/images/gltf.png; prints how they differ."""
+def three_formats(target: Path) -> None:
+    """A material from a glTF asset and from what it is converted to, gltf.png; prints how they differ."""
     library = load_library()
     figure, axes = plt.subplots(2, 3, figsize=(7.2, 5.0), facecolor="#181818")
     firsts: dict[float | None, NDArray[np.floating]] = {}
@@ -154,7 +155,7 @@ def three_formats() -> None:
     for row, label in enumerate(("light at the eye", "light 30° aside")):
         axes[row, 0].text(-12, 128, label, color="white", ha="right", va="center", fontsize=9, rotation=90)
     figure.subplots_adjust(left=0.05, right=0.995, top=0.93, bottom=0.005, hspace=0.03, wspace=0.03)
-    figure.savefig(IMAGES / "gltf.png", dpi=96, metadata={"Software": None})
+    figure.savefig(target, dpi=96, metadata={"Software": None})
 
 
 def cone_asset(folder: Path) -> Path:
@@ -207,27 +208,28 @@ def in_opengl(path: Path, library: DataLibrary, options: picture.PictureOptions)
     """Linear radiance as the OpenGL engine has it, one value per pixel."""
     image = picture.render(*renderable(path, library), Reach.beside(path), options)
     size = options.size
-    return image.reshape(size, picture.OVERSAMPLING, size, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
+    return np.asarray(image.reshape(size, picture.OVERSAMPLING, size, picture.OVERSAMPLING, 3).mean(axis=(1, 3)))
 
 
 def shown(radiance: NDArray[np.floating]) -> NDArray[np.floating]:
     """The picture's colours on one scale."""
-    return picture.tone_map(radiance, None)
+    return picture.tone_map(np.asarray(radiance, dtype=np.float64), None)
 
 
-def main() -> None:
-    """Make every picture."""
-    IMAGES.mkdir(exist_ok=True)
-    paths = sorted(materials_folder().glob("*.mtlx"))
-    teaser(materials_folder() / "traffic_cone_collar.mtlx")
-    overview(paths)
-    three_formats()
+def main(arguments: list[str]) -> None:
+    """Draw every picture."""
+    parser = argparse.ArgumentParser(prog="python -m tools.pictures", description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=IMAGES, help="their folder; default: docs/images")
+    folder = parser.parse_args(arguments).output
+    folder.mkdir(parents=True, exist_ok=True)
+    teaser(materials_folder() / "traffic_cone_collar.mtlx", folder / "compare.png")
+    overview(sorted(materials_folder().glob("*.mtlx")), folder / "materials.png")
+    three_formats(folder / "gltf.png")
     if osl.availability().available:
-        five_in_osl()
+        five_in_osl(folder / "osl.png")
     else:
-        print(f"no images/osl.png: {osl.availability().detail}", file=sys.stderr)
-    print(f"{len(paths)} materials in {IMAGES.name}/materials.png", file=sys.stderr)
+        print(f"no osl.png: {osl.availability().detail}", file=sys.stderr)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
