@@ -105,6 +105,9 @@ COMMANDS = {
         "python -m tools.fuzz --kind mtlx --count 25 --seed 1"
     ),
     "python -m tools.fuzz --kind mtlx --replay 1:124": None,
+    "python -m tools.compare_outputs ../before . --keep before-outputs": (
+        "(takes minutes; tests/tools/test_compare_outputs.py compares small ones)"
+    ),
     "python -m tools.trace_files": "(takes minutes; tests/hostile/test_trace.py runs a part)",
     "mrm vectors --format csv -o vectors.csv": "(tests/cli/test_vectors.py writes them)",
     "mrm fit data.csv -o sheet.mtlx": "(tests/cli/test_fit.py has the data)",
