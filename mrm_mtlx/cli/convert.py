@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +14,6 @@ from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from mrm_mtlx.cli.openmaterial import Options
-    from mrm_mtlx.documents.document import Remark
     from mrm_mtlx.findings.finding import Finding
 
 
@@ -102,8 +102,8 @@ def _refuse(options: Options) -> None:
 def _translate(path: Path, output: Path, roots: list[Path] | None, *, force: bool) -> None:
     """Read a file of one format, write one of another; what is lost goes to stderr."""
     from mrm_mtlx.cli.documents import open_document, print_findings
-    from mrm_mtlx.documents.document import NothingToWriteError, UnreadableError
-    from mrm_mtlx.findings.finding import Severity, finding
+    from mrm_mtlx.documents.document import NothingToWriteError, ReadError
+    from mrm_mtlx.findings.finding import Severity
     from mrm_mtlx.formats.registry import DOCUMENT, SUFFIXES, format_of
     from mrm_mtlx.library import load_library
 
@@ -118,18 +118,18 @@ def _translate(path: Path, output: Path, roots: list[Path] | None, *, force: boo
     library = load_library()
     opened = open_document(path, library, None, roots)
 
-    def said(remarks: list[Remark]) -> list[Finding]:
-        found = [finding(*remark._replace(place=opened.imported.place(remark.place))) for remark in remarks]
+    def said(findings: list[Finding]) -> list[Finding]:
+        found = [replace(found, location=opened.imported.place(found.location)) for found in findings]
         print_findings(found)
         return found
 
     try:
         findings = said(form.write(opened.imported, output, library, force=force))
-    except UnreadableError as error:
-        said([error.remark])
+    except ReadError as error:
+        said([error.finding])
         raise typer.Exit(1) from error
     except NothingToWriteError as error:
-        said(error.remarks)
+        said(error.findings)
         typer.echo(f"mrm: {path}: {error}", err=True)
         raise typer.Exit(1) from error
     except ValueError as error:

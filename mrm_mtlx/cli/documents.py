@@ -48,9 +48,11 @@ def open_document(
         With status 1 and the findings on stderr, if the document cannot be read or is broken; with 3, if it has nothing
         to render.
     """
+    from mrm_mtlx.documents.document import ReadError
     from mrm_mtlx.documents.files import Reach
-    from mrm_mtlx.findings.finding import blocks, capped, finding
-    from mrm_mtlx.formats.reading import ReadError, in_file, read_document
+    from mrm_mtlx.findings import rules
+    from mrm_mtlx.findings.finding import capped
+    from mrm_mtlx.formats.reading import in_file, read_document
     from mrm_mtlx.shadergen import renderable_elements
     from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.graph_checks import check_graph
@@ -60,7 +62,7 @@ def open_document(
         raise typer.BadParameter(f"{path} is a folder; name one document", param_hint="PATH")
     imported = None
     if not path.exists():
-        findings = [finding("READ_MISSING", "", f"'{path}' does not exist")]
+        findings = [rules.READ_MISSING.at("", f"'{path}' does not exist")]
     else:
         try:
             imported, findings = read_document(path, Reach.beside(path, tuple(roots or ())), library, _scratch())
@@ -70,8 +72,8 @@ def open_document(
         except ReadError as error:
             findings = [error.finding]
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
-    print_findings(capped(found for found in findings if not found.code.startswith("USD_VALIDATOR")))
-    if imported is None or any(blocks(f) for f in findings):
+    print_findings(capped(found for found in findings if not found.rule.of_host))
+    if imported is None or any(found.blocks for found in findings):
         raise typer.Exit(1)
     elements = renderable_elements(imported.document)
     names = [e.getNamePath() for e in elements]

@@ -98,22 +98,18 @@ def command() -> int:
 
 def _tell(death: supervision.Death) -> int:
     """Say what the process of the command died of; the exit status."""
+    from mrm_mtlx.cli.documents import print_findings
+    from mrm_mtlx.findings import rules
+
     cause = process_limits.cause_of_death(death.status)
     if not death.document:
         print(f"mrm: internal error: the process died ({cause})", file=sys.stderr)
         return 2
     if process_limits.is_time_up(death.status):
-        _print_finding("CHECK_TIMEOUT", f"{death.document}: not finished within the time limit")
+        print_findings([rules.CHECK_TIMEOUT.at("", f"{death.document}: not finished within the time limit")])
     else:
-        _print_finding("CHECK_CRASHED", f"{death.document}: the process that worked on it died ({cause})")
+        print_findings([rules.CHECK_CRASHED.at("", f"{death.document}: the process that worked on it died ({cause})")])
     return 1
-
-
-def _print_finding(code: str, message: str) -> None:
-    from mrm_mtlx.cli.documents import print_findings
-    from mrm_mtlx.findings.finding import finding
-
-    print_findings([finding(code, "", message)])
 
 
 def _report(error: Any) -> int:
@@ -122,9 +118,12 @@ def _report(error: Any) -> int:
         error.message = printable(str(error.message))  # it may name what a document says
         error.show()
         return int(error.exit_code)
+    from mrm_mtlx.cli.documents import print_findings
+    from mrm_mtlx.findings import rules
+
     opened = child.opened()
     if isinstance(error, MemoryError) and opened is not None:
-        _print_finding("CHECK_CRASHED", f"{opened}: {process_limits.memory_reason()}")
+        print_findings([rules.CHECK_CRASHED.at("", f"{opened}: {process_limits.memory_reason()}")])
         return 1
     if isinstance(error, OSError) and error.errno in _USERS_ERRORS:
         print(printable(f"mrm: {error.strerror}{f': {error.filename}' if error.filename else ''}"), file=sys.stderr)

@@ -3,49 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import MaterialX as mx
 
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Finding
 
 
-class Remark(NamedTuple):
-    """Something that is wrong with a file, or that another format cannot say.
+class ReadError(Exception):
+    """A file cannot be read at all; `finding` says why."""
 
-    Attributes
-    ----------
-    code
-        Of a rule of the validation's catalogue.
-    place
-        In the source file: a prim path, a JSON pointer, an element's path.
-    message
-        What was found, on one line.
-    hint
-        What to do; "" for the rule's own remedy.
-    """
-
-    code: str
-    place: str
-    message: str
-    hint: str = ""
-
-
-class UnreadableError(Exception):
-    """The file cannot be read at all; `remark` says why."""
-
-    def __init__(self, remark: Remark) -> None:
-        super().__init__(remark.message)
-        self.remark = remark
+    def __init__(self, found: Finding) -> None:
+        super().__init__(found.message)
+        self.finding = found
 
 
 class NothingToWriteError(ValueError):
-    """A document has nothing that the format can say; `remarks` say why."""
+    """A document has nothing that the format can say; `findings` say why."""
 
-    def __init__(self, remarks: list[Remark]) -> None:
+    def __init__(self, findings: list[Finding]) -> None:
         super().__init__("it has no material that the format can say; nothing was written")
-        self.remarks = remarks
+        self.findings = findings
 
 
 @dataclass
@@ -59,7 +39,7 @@ class Imported:
     places
         Path of an element of the document, "material/node/input", to its place in the source file. An element that is
         not there lies where its nearest parent does; empty for a file that is a document itself.
-    remarks
+    findings
         What is wrong, or could not be carried over.
     reach
         Where the document's names of files lead.
@@ -69,7 +49,7 @@ class Imported:
 
     document: mx.Document
     places: dict[str, str] = field(default_factory=dict)
-    remarks: list[Remark] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
     reach: Reach = field(kw_only=True)
     packed: bool = False
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import codecs
 import re
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 from mrm_mtlx.system.limits import MAXIMUM_XML_DEPTH
+
+if TYPE_CHECKING:
+    from mrm_mtlx.findings.finding import Finding, Rule
 
 # Encodings that a declaration may name: UTF-8, and its subset.
 _ENCODINGS = ("utf-8", "utf8", "us-ascii", "ascii")
@@ -20,14 +24,6 @@ _PARTS = re.compile(
     r"[^<]++|<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>|(?P<tag><(?![!?])(?:[^<>\"']++|\"[^\"]*+\"|'[^']*+')*+>)",
     re.DOTALL,
 )
-
-
-class ReadError(Exception):
-    """The document cannot be read; `finding` says why."""
-
-    def __init__(self, found: Finding) -> None:
-        super().__init__(found.message)
-        self.finding = found
 
 
 class Include(NamedTuple):
@@ -79,20 +75,20 @@ def scan(content: bytes, name: str, *, is_document: bool) -> Scan:
 
 def _refused(error: expat.ExpatError, file: str) -> ReadError:
     what = expat.errors.messages[error.code]
-    return ReadError(finding("READ_XML", f"{file}line {error.lineno}", f"{what} at column {error.offset + 1}"))
+    return ReadError(rules.READ_XML.at(f"{file}line {error.lineno}", f"{what} at column {error.offset + 1}"))
 
 
 def _decoded(content: bytes, file: str) -> str:
     if not content.strip():
-        raise ReadError(finding("READ_XML", f"{file}line 1", "the file is empty"))
+        raise ReadError(rules.READ_XML.at(f"{file}line 1", "the file is empty"))
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in content[:4096]:
-        raise ReadError(finding("READ_ENCODING", file.strip(), "the file is UTF-16 or binary, not UTF-8"))
+        raise ReadError(rules.READ_ENCODING.at(file.strip(), "the file is UTF-16 or binary, not UTF-8"))
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         byte = content[error.start]
-        raise ReadError(finding("READ_ENCODING", f"{file}line {line}", f"byte 0x{byte:02x} is not UTF-8")) from error
+        raise ReadError(rules.READ_ENCODING.at(f"{file}line {line}", f"byte 0x{byte:02x} is not UTF-8")) from error
 
 
 def _unused_sign(text: str) -> str:
@@ -144,41 +140,41 @@ class _Parse:
         self._ascii = text.isascii()
         self._parser.Parse(text, True)
         if self._marks:
-            raise self._error("READ_XML", 'there is a "<" where none may stand')
+            raise self._error(rules.READ_XML, 'there is a "<" where none may stand')
         return self._scan
 
     def _place(self) -> str:
         return f"{self._file}line {self._parser.CurrentLineNumber}"
 
-    def _error(self, code: str, message: str) -> ReadError:
-        return ReadError(finding(code, self._place(), message))
+    def _error(self, rule: Rule, message: str) -> ReadError:
+        return ReadError(rule.at(self._place(), message))
 
     def _declaration(self, version: str, encoding: str | None, standalone: int) -> None:
         del version, standalone
         if encoding and encoding.lower() not in _ENCODINGS and not self._ascii:
-            raise self._error("READ_ENCODING", f"the file says that it is {encoding}, and is UTF-8")
+            raise self._error(rules.READ_ENCODING, f"the file says that it is {encoding}, and is UTF-8")
 
     def _doctype(self, *_: object) -> None:
-        raise self._error("READ_XML", "document type declarations are not read")
+        raise self._error(rules.READ_XML, "document type declarations are not read")
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         if self._mark:
             self._restore(attributes)
         self._scan.root = self._scan.root or tag
         if not self._path and tag == "materialx" and "version" not in attributes:
-            self._scan.findings.append(finding("DOC_VERSION", self._place(), "the document states no version"))
+            self._scan.findings.append(rules.DOC_VERSION.at(self._place(), "the document states no version"))
         self._note_include(tag, attributes)
         name = attributes.get("name", "")
         if name and name in self._names[-1]:
             place = "/" + "/".join((*self._path[1:], name))
             line = f"line {self._parser.CurrentLineNumber} of {self._name}"
             message = f"{line} has a second element named '{name}', which is dropped"
-            self._scan.findings.append(finding("DOC_DUPLICATE_NAME", place, message))
+            self._scan.findings.append(rules.DOC_DUPLICATE_NAME.at(place, message))
         self._names[-1].add(name)
         self._names.append(set())
         self._path.append(name or tag)
         if len(self._path) > MAXIMUM_XML_DEPTH:
-            raise self._error("READ_TOO_DEEP", f"elements are nested more than {MAXIMUM_XML_DEPTH} levels deep")
+            raise self._error(rules.READ_TOO_DEEP, f"elements are nested more than {MAXIMUM_XML_DEPTH} levels deep")
 
     def _restore(self, attributes: dict[str, str]) -> None:
         """Give values of attributes the signs back that were marked, and say so."""
@@ -187,7 +183,7 @@ class _Parse:
                 self._marks -= value.count(self._mark)
                 attributes[name] = value.replace(self._mark, "<")
                 message = f'the value of {name} has a "<" in it: {attributes[name]}'
-                self._scan.findings.append(finding("READ_XML_LENIENT", self._place(), message))
+                self._scan.findings.append(rules.READ_XML_LENIENT.at(self._place(), message))
 
     def _note_include(self, tag: str, attributes: dict[str, str]) -> None:
         """Note an element that MaterialX takes for an inclusion; refuse those that it would drop without a word."""
@@ -196,9 +192,11 @@ class _Parse:
         if local != "include" or prefix not in self._prefixes:
             return
         if prefix != "xi":
-            raise self._error("READ_INCLUDE", f"MaterialX knows inclusions as xi:include alone, not as {tag}")
+            raise self._error(rules.READ_INCLUDE, f"MaterialX knows inclusions as xi:include alone, not as {tag}")
         if len(self._path) != 1:
-            raise self._error("READ_INCLUDE", "MaterialX reads inclusions as children of the materialx element alone")
+            raise self._error(
+                rules.READ_INCLUDE, "MaterialX reads inclusions as children of the materialx element alone"
+            )
         self._scan.includes.append(Include(self._parser.CurrentLineNumber, attributes.get("href", "")))
 
     def _end(self, tag: str) -> None:

@@ -1,9 +1,9 @@
-"""A finding: something in the user's data that is wrong, with a stable code, a place, and what to do."""
+"""Findings: what is wrong in the user's data, where, and what to do; and the rules that they are cases of."""
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -25,7 +25,7 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Rule:
-    """What a code means; the source of `mrm rules`, of docs/rules.md and of every finding's severity.
+    """The source of `mrm rules`, of docs/rules.md and of every finding.
 
     Attributes
     ----------
@@ -40,23 +40,34 @@ class Rule:
         Why it matters; with formula, tolerance and source where there are any.
     remedy
         What to do.
+    of_surroundings
+        Whether it is about what lies around the materials, as the rest of a stage does: nothing keeps the document
+        from being used then.
+    of_host
+        Whether it is another program's opinion of the whole file, which `mrm validate` alone reports.
     """
 
     code: str
     severity: Severity
-    title: str
-    meaning: str
-    remedy: str
+    title: str = field(repr=False)
+    meaning: str = field(repr=False)
+    remedy: str = field(repr=False)
+    of_surroundings: bool = False
+    of_host: bool = False
+
+    def at(self, location: str, message: str, hint: str = "") -> Finding:
+        """A case of this rule; its remedy is the hint if none is given."""
+        return Finding(self, *(_shortened(text) for text in (location, message, hint or self.remedy)))
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One case of a rule.
+    """A case of a rule, made by `Rule.at`.
 
     Attributes
     ----------
-    code, severity
-        Of the rule.
+    rule
+        What it is a case of.
     location
         Path of the element in the document, "/material/node/input", or "line N" before there are elements, or "".
     message
@@ -65,30 +76,30 @@ class Finding:
         What to do.
     """
 
-    code: str
-    severity: Severity
+    rule: Rule
     location: str
     message: str
     hint: str
 
+    @property
+    def code(self) -> str:
+        """The code of the rule."""
+        return self.rule.code
 
-def blocks(found: Finding) -> bool:
-    """Whether a finding means that nothing can be made of the document: an error, but not of what is around it."""
-    return found.severity is Severity.ERROR and not found.code.startswith("USD_")
+    @property
+    def severity(self) -> Severity:
+        """The severity of the rule."""
+        return self.rule.severity
 
+    @property
+    def blocks(self) -> bool:
+        """Whether nothing can be made of the document: an error, but not of what is around it."""
+        return self.severity is Severity.ERROR and not self.rule.of_surroundings
 
-def finding(code: str, location: str, message: str, hint: str = "") -> Finding:
-    """A finding under a rule of the catalogue; its general remedy is the hint if none is given.
-
-    Raises
-    ------
-    KeyError
-        If there is no such rule.
-    """
-    from mrm_mtlx.findings.catalogue import RULES
-
-    rule = RULES[code]
-    return Finding(code, rule.severity, *(_shortened(text) for text in (location, message, hint or rule.remedy)))
+    def to_json(self) -> dict[str, str]:
+        """The finding as reports have it (docs/report.schema.json)."""
+        own = {"location": self.location, "message": self.message, "hint": self.hint}
+        return {"code": self.code, "severity": self.severity.value, **own}
 
 
 def _shortened(text: str) -> str:
@@ -100,13 +111,13 @@ def _shortened(text: str) -> str:
 def capped(findings: Iterable[Finding]) -> list[Finding]:
     """The first `MAXIMUM_OF_A_RULE` findings of each rule, and at the end how many more there are."""
     kept: list[Finding] = []
-    number: Counter[str] = Counter()
+    number: Counter[Rule] = Counter()
     for found in findings:
-        number[found.code] += 1
-        if number[found.code] <= MAXIMUM_OF_A_RULE:
+        number[found.rule] += 1
+        if number[found.rule] <= MAXIMUM_OF_A_RULE:
             kept.append(found)
-    for code, count in number.items():
+    for rule, count in number.items():
         if count > MAXIMUM_OF_A_RULE:
-            more = f"{count - MAXIMUM_OF_A_RULE} more findings of {code}; the first {MAXIMUM_OF_A_RULE} are listed"
-            kept.append(finding(code, "", more))
+            more = f"{count - MAXIMUM_OF_A_RULE} more findings of {rule.code}; the first {MAXIMUM_OF_A_RULE} are listed"
+            kept.append(rule.at("", more))
     return kept

@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.document import Imported
@@ -24,7 +25,7 @@ def name_beside(name: str, source: Imported, path: Path, files: FileSet) -> str:
     ------
     OSError
         If a file cannot be copied.
-    UnreadableError
+    ReadError
         If one is a link that leads outside, or no regular file.
     """
     target = source.reach.resolve(name)
@@ -52,7 +53,7 @@ def _checked(file: Path, source: Imported) -> Path:
     target = source.reach.inside(file)
     if target is None:
         message = f"the file '{file.name}' is a link that leads outside the folder being checked"
-        raise UnreadableError(Remark("READ_OUTSIDE", "", message))
+        raise ReadError(rules.READ_OUTSIDE.at("", message))
     if not target.is_file():
-        raise UnreadableError(Remark("READ_FAILED", "", f"'{file.name}' is not a regular file"))
+        raise ReadError(rules.READ_FAILED.at("", f"'{file.name}' is not a regular file"))
     return target

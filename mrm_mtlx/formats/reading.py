@@ -2,7 +2,7 @@
 
 MaterialX's reader is fast and trusting: it recurses over nested elements and opens whatever an include names. So it
 opens nothing here: each file is read once, looked at (`xml_scan`), and MaterialX is given those very bytes. Other
-formats are translated by their packages, whose remarks become findings.
+formats are translated by their packages, with findings of their own.
 """
 
 from __future__ import annotations
@@ -15,18 +15,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Imported, Remark, UnreadableError
+from mrm_mtlx.documents.document import Imported, ReadError
 from mrm_mtlx.documents.files import read_regular
-from mrm_mtlx.documents.xml_scan import Include, ReadError, Scan, scan
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.documents.xml_scan import Include, Scan, scan
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
 from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
-
-__all__ = ["ReadError", "in_file", "read_document"]
 
 
 class _File(NamedTuple):
@@ -75,11 +74,8 @@ def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path)
     form = format_of(path) or DOCUMENT
     if form is DOCUMENT:
         return _read_materialx(path, reach, library)
-    try:
-        imported = form.read(path, reach, library, scratch, partial(read_reference, library))
-    except UnreadableError as error:
-        raise ReadError(finding(*error.remark)) from error
-    return imported, [finding(*remark) for remark in imported.remarks]
+    imported = form.read(path, reach, library, scratch, partial(read_reference, library))
+    return imported, imported.findings
 
 
 def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Imported:
@@ -87,19 +83,12 @@ def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Imported:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it cannot be read.
     """
-    try:
-        imported, findings = _read_materialx(path, reach, library)
-    except ReadError as error:
-        raise UnreadableError(_remark(error.finding)) from error
-    imported.remarks += [_remark(found) for found in findings]
+    imported, findings = _read_materialx(path, reach, library)
+    imported.findings += findings
     return imported
-
-
-def _remark(found: Finding) -> Remark:
-    return Remark(found.code, found.location, found.message, found.hint)
 
 
 def in_file(found: Finding, imported: Imported) -> Finding:
@@ -115,7 +104,7 @@ def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> tuple[Imp
         _find_sources(document, reach, library)
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
-        raise ReadError(finding("DOC_INVALID", "", f"MaterialX cannot read it: {error}")) from error
+        raise ReadError(rules.DOC_INVALID.at("", f"MaterialX cannot read it: {error}")) from error
     return Imported(document, reach=reach), reading.findings
 
 
@@ -163,17 +152,17 @@ def _included(include: Include, chain: tuple[Path, ...], reading: _Reading) -> _
     place = f"line {include.line}" if len(chain) == 1 else f"{chain[-1].name} line {include.line}"
     if target is None:
         message = f"the include '{include.href}' lies outside the folder being checked"
-        raise ReadError(finding("READ_OUTSIDE", place, message))
+        raise ReadError(rules.READ_OUTSIDE.at(place, message))
     targets = [reach.inside(file) for file in chain]
     if target in targets:
         names = " -> ".join(file.name for file in (*chain[targets.index(target) :], target))
-        raise ReadError(finding("READ_INCLUDE", place, f"the document includes itself: {names}"))
+        raise ReadError(rules.READ_INCLUDE.at(place, f"the document includes itself: {names}"))
     if not target.is_file():
         problem = "is not a regular file" if target.exists() else "does not exist"
-        raise ReadError(finding("READ_INCLUDE", place, f"the included document '{include.href}' {problem}"))
+        raise ReadError(rules.READ_INCLUDE.at(place, f"the included document '{include.href}' {problem}"))
     reading.includes += 1
     if reading.includes > MAXIMUM_INCLUDES:
-        raise ReadError(finding("READ_INCLUDE", place, f"more than {MAXIMUM_INCLUDES} inclusions"))
+        raise ReadError(rules.READ_INCLUDE.at(place, f"more than {MAXIMUM_INCLUDES} inclusions"))
     return _read(path, reading, chain)
 
 
@@ -188,7 +177,7 @@ def _scanned(path: Path, reading: _Reading, *, is_document: bool) -> tuple[bytes
         _count(path, reading.known[path][0], reading)
     content, found = reading.known[path]
     if is_document and found.root != "materialx":
-        raise ReadError(finding("DOC_INVALID", "", f"the root element is <{found.root}>, expected <materialx>"))
+        raise ReadError(rules.DOC_INVALID.at("", f"the root element is <{found.root}>, expected <materialx>"))
     return content, found
 
 
@@ -197,7 +186,7 @@ def _count(path: Path, content: bytes, reading: _Reading) -> None:
     reading.size += len(content) if len(content) <= MAXIMUM_DOCUMENT_BYTES else path.stat().st_size
     if reading.size > MAXIMUM_DOCUMENT_BYTES:
         found = f"{reading.size / 2**20:.0f} MiB, more than the {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB that are read"
-        raise ReadError(finding("READ_TOO_LARGE", "", f"document and includes have {found}"))
+        raise ReadError(rules.READ_TOO_LARGE.at("", f"document and includes have {found}"))
 
 
 def _content(path: Path, place: str) -> bytes:
@@ -206,7 +195,7 @@ def _content(path: Path, place: str) -> bytes:
         content = read_regular(path, MAXIMUM_DOCUMENT_BYTES + 1)
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else "no reason given"
-        raise ReadError(finding("READ_FAILED", place, f"the file cannot be opened: {reason}")) from error
+        raise ReadError(rules.READ_FAILED.at(place, f"the file cannot be opened: {reason}")) from error
     if content is None:
-        raise ReadError(finding("READ_FAILED", place, "it is not a regular file"))
+        raise ReadError(rules.READ_FAILED.at(place, "it is not a regular file"))
     return content

@@ -6,7 +6,7 @@ import errno
 from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
-from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.system.writing import FileSet
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from mrm_mtlx.documents.document import Imported, Remark
+    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
-    # Reads a document of MaterialX that a file of another format refers to, or raises an UnreadableError.
+    # Reads a document of MaterialX that a file of another format refers to, or raises an ReadError.
     DocumentReader = Callable[[Path, Reach], Imported]
 
 
@@ -50,14 +51,14 @@ class Format(NamedTuple):
 
         Raises
         ------
-        UnreadableError
+        ReadError
             If it cannot be read, for any reason that lies in the file.
         """
         more = (documents,) if self.refer else ()
         read: Imported = import_module(self.module).read(path, reach, library, scratch, *more)
         return read
 
-    def write(self, source: Imported, path: Path, library: DataLibrary, *, force: bool = False) -> list[Remark]:
+    def write(self, source: Imported, path: Path, library: DataLibrary, *, force: bool = False) -> list[Finding]:
         """Write a document and the files beside it, all or none; return what of it the format cannot say.
 
         Parameters
@@ -76,7 +77,7 @@ class Format(NamedTuple):
         ------
         OSError
             If it cannot be written, or only by `force`.
-        UnreadableError
+        ReadError
             If a file that the document names may not be copied.
         NothingToWriteError
             If there is nothing in the document that the format can say, with the reasons.
@@ -85,8 +86,8 @@ class Format(NamedTuple):
             raise OSError(errno.EINVAL, "it is not a regular file")
         module = import_module(self.module)
         with FileSet(path.parent, force, lambda: _named(path, module.names)) as files:
-            remarks: list[Remark] = module.write(source, path, library, files)
-        return remarks
+            findings: list[Finding] = module.write(source, path, library, files)
+        return findings
 
 
 def _named(path: Path, names: Callable[[Path], Iterable[str]]) -> set[Path]:
@@ -94,7 +95,7 @@ def _named(path: Path, names: Callable[[Path], Iterable[str]]) -> set[Path]:
     reach = Reach.beside(path)
     try:
         found = [file for name in names(path) for file in reach.members(name)] if path.is_file() else []
-    except (UnreadableError, OSError, ValueError):
+    except (ReadError, OSError, ValueError):
         return set()
     return {file.parent.resolve() / file.name for file in found}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.engines import compilers, osl
-from mrm_mtlx.findings.finding import finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.validation.results import TargetResult
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def check_compiles(shader: Shader, place: str) -> tuple[TargetResult, list[Findi
         return TargetResult("generate", "skip", available.reason), []
     message = compiler(shader)
     if message:
-        return TargetResult("compile", "fail"), [finding("SHADER_COMPILE", place, f"{shader.target}: {message}")]
+        return TargetResult("compile", "fail"), [rules.SHADER_COMPILE.at(place, f"{shader.target}: {message}")]
     return TargetResult("compile", "pass"), []
 
 

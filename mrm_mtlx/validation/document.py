@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.flattening import TooManyNodesError
-from mrm_mtlx.findings.finding import blocks, capped, finding
-from mrm_mtlx.formats.reading import ReadError, in_file, read_document
+from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.finding import capped
+from mrm_mtlx.formats.reading import in_file, read_document
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.checks.scope import nothing_to_render
@@ -56,8 +58,8 @@ def _check(request: Request, document: Any, result: DocumentResult, steps: Steps
     """Add the findings and results of a document that was read."""
     result.findings += check_graph(document)
     result.findings += check_files(document, request.reach, load_library(request.origin))
-    blocked = any(blocks(f) for f in result.findings)
-    if any(f.code == "DOC_CYCLE" for f in result.findings):
+    blocked = any(f.blocks for f in result.findings)
+    if any(f.rule is rules.DOC_CYCLE for f in result.findings):
         return
     elements = renderable_elements(document)
     if not elements:
@@ -87,8 +89,8 @@ def _sweep(request: Request, document: Any, result: DocumentResult, steps: Steps
         try:
             return flattened(document)
         except ValueError as error:
-            code = "DOC_TOO_LARGE" if isinstance(error, TooManyNodesError) else "SHADER_GENERATE"
-            return refused(finding(code, "", f"the graphs cannot be flattened: {error}"))
+            rule = rules.DOC_TOO_LARGE if isinstance(error, TooManyNodesError) else rules.SHADER_GENERATE
+            return refused(rule.at("", f"the graphs cannot be flattened: {error}"))
 
     copy = steps.run(Step("", "flattening"), flatten, refused, kept=False)
     for element in renderable_elements(copy) if copy is not None else ():

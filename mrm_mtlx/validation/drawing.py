@@ -8,7 +8,7 @@ import numpy as np
 
 from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError
 from mrm_mtlx.engines import gl
-from mrm_mtlx.findings.finding import finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.file_checks import check_image
 from mrm_mtlx.validation.mending import mended_sources
@@ -50,7 +50,7 @@ class CheckedImages(DocumentImages):
     def findings(self) -> list[Finding]:
         """Those of the files that were asked for so far."""
         missing = [found for wrong in self._missing.values() for found in wrong]
-        return missing + [finding("DOC_FILE", self._place, problem, _UNREADABLE) for problem in self.problems]
+        return missing + [rules.DOC_FILE.at(self._place, problem, _UNREADABLE) for problem in self.problems]
 
     def of(self, shader: Shader) -> dict[str, NDArray[Any]]:
         """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out.
@@ -108,7 +108,7 @@ def check_draws(
             gl.SurfaceProgram(shader).release()  # at least it is compiled
             return dict.fromkeys(expectations, (TargetResult("compile", "skip", f"it has {error}"), []))
     except gl.CompileError as error:
-        refused = finding("SHADER_COMPILE", place, f"{shader.target}: {error.messages[0]}")
+        refused = rules.SHADER_COMPILE.at(place, f"{shader.target}: {error.messages[0]}")
         return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [refused]))
 
 
@@ -127,7 +127,7 @@ def _check(
         node = expectation.not_finite()
         where = f"; in the reference, the node '{node}' is the first that is" if node else ""
         message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite{where}"
-        return TargetResult("compare", "fail", samples=count), [finding("SHADER_NOT_FINITE", place, message)]
+        return TargetResult("compare", "fail", samples=count), [rules.SHADER_NOT_FINITE.at(place, message)]
     if expectation.reason:
         return TargetResult("compile", "skip", expectation.reason, samples=count), []
     verdict = expectation.compare(found)
@@ -137,7 +137,7 @@ def _check(
         return judged(target, verdict.comparison, place)
     names = ", ".join(sorted(d.value for d in verdict.deviations))
     message = f"{target}: it deviates as known ({names}); from the specification: {describe(verdict.specified)}"
-    return _compared(verdict.comparison), [finding("UPSTREAM_DEVIATION", place, message)]
+    return _compared(verdict.comparison), [rules.UPSTREAM_DEVIATION.at(place, message)]
 
 
 def _explained(
@@ -158,7 +158,7 @@ def _explained(
 
 def judged(target: str, comparison: Comparison, place: str) -> tuple[TargetResult, list[Finding]]:
     """The result of a comparison, and a finding if it failed."""
-    findings = [] if comparison.passed else [finding("SHADER_DIFFERS", place, f"{target}: {describe(comparison)}")]
+    findings = [] if comparison.passed else [rules.SHADER_DIFFERS.at(place, f"{target}: {describe(comparison)}")]
     return _compared(comparison), findings
 
 

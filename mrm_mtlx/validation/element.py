@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location
 from mrm_mtlx.engines import osl
-from mrm_mtlx.findings.catalogue import ALBEDO_BOUND, STEEP_DEGREES
-from mrm_mtlx.findings.finding import finding
+from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
@@ -83,7 +83,7 @@ class ElementCheck:
         if ignoring:
             names = ", ".join(sorted(frozenset().union(*ignoring.values())))
             message = f"{', '.join(ignoring)}: the code does not depend on the flag of {names}"
-            self._findings.append(finding("SHADER_IGNORES_RETRO", self._place, message))
+            self._findings.append(rules.SHADER_IGNORES_RETRO.at(self._place, message))
         return self._findings + list(dict.fromkeys(image_findings))
 
     def _expect(self, lost: Finding | None = None) -> Expectation:
@@ -105,8 +105,8 @@ class ElementCheck:
         steep = any(a.view_deg <= STEEP_DEGREES for a in gains)
         anisotropic = any(lobe.alpha_x != lobe.alpha_y for lobe in lobes)
         found = f"albedo {worst.value:.3f} at a view angle of {worst.view_deg:g} degrees"
-        code = "ENERGY_ANISOTROPIC" if anisotropic and not steep else "ENERGY_GAIN"
-        return [finding(code, self._place, f"{found}, expected at most 1 (up to {ALBEDO_BOUND:g} passes)")]
+        rule = rules.ENERGY_ANISOTROPIC if anisotropic and not steep else rules.ENERGY_GAIN
+        return [rule.at(self._place, f"{found}, expected at most 1 (up to {ALBEDO_BOUND:g} passes)")]
 
     def _outcome(self, target: str) -> _Outcome:
         """What the check of a target gives, now or in the process before."""
@@ -121,7 +121,7 @@ class ElementCheck:
         except MissingCodeError as error:
             return _Outcome(TargetResult("generate", "skip", str(error)), [])
         except GenerationError as error:
-            found = finding("SHADER_GENERATE", self._place, f"{target}: {error}")
+            found = rules.SHADER_GENERATE.at(self._place, f"{target}: {error}")
             return _Outcome(TargetResult("generate", "fail"), [found])
         # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
         flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
@@ -143,7 +143,7 @@ class ElementCheck:
         try:
             found = compare_in_osl(self._element, self._library, self._request.samples, rng)
         except osl.RuntimeFailure as error:
-            return TargetResult("compile", "fail"), [finding("SHADER_COMPILE", self._place, f"osl: {error}")]
+            return TargetResult("compile", "fail"), [rules.SHADER_COMPILE.at(self._place, f"osl: {error}")]
         return (replace(compiled, reason=found), []) if isinstance(found, str) else judged("osl", found, self._place)
 
 
@@ -186,7 +186,7 @@ class ElementSweep:
             return {v.name: _Outcome(TargetResult("generate", "skip", str(error)), []) for v in self._variants}
         except GenerationError as error:
             message = f"with the flag of {self._variants[0].name}: {error}"
-            return self._lost(finding("SHADER_GENERATE", self._place, message))
+            return self._lost(rules.SHADER_GENERATE.at(self._place, message))
         switched = {v.name: (self._expectations[v.name], _flag(v, shader)) for v in self._variants}
         outcomes = {}
         for name, (result, found) in check_draws(shader, self._images, switched, self._place).items():

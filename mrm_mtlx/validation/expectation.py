@@ -10,7 +10,7 @@ import numpy as np
 from mrm_mtlx.documents.document_images import ImagesTooLargeError
 from mrm_mtlx.engines.gl import DirectionalLight, Lighting
 from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
-from mrm_mtlx.findings.catalogue import NARROWEST_ALPHA
+from mrm_mtlx.findings.rules.optics import NARROWEST_ALPHA
 from mrm_mtlx.reference import Environment, Illumination, Surface, UnsupportedError
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare, draw, worse

@@ -9,11 +9,12 @@ import MaterialX as mx
 from mrm_mtlx.documents.elements import is_connected, location, nodes_of
 from mrm_mtlx.documents.filenames import filename_of
 from mrm_mtlx.documents.files import is_left_open, names_nothing, names_tiles
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.validation.source_checks import check_sources
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
 
@@ -36,13 +37,13 @@ def check_image(name: str, reach: Reach, place: str) -> list[Finding]:
     if reach.resolve(name) is None or None in targets:
         through = f", by the link '{members[targets.index(None)].name}'" if None in targets else ""
         message = f"the image '{name}' lies outside the folder being checked{through}"
-        return [finding("READ_OUTSIDE", place, message)]
+        return [rules.READ_OUTSIDE.at(place, message)]
     if any(target is not None and not target.is_file() for target in targets):
-        return [finding("DOC_FILE", place, f"the image '{name}' is not a regular file")]
+        return [rules.DOC_FILE.at(place, f"the image '{name}' is not a regular file")]
     if members or is_left_open(name):
         return []
     message = f"no file of the set '{name}' exists" if names_tiles(name) else f"the image '{name}' does not exist"
-    return [finding("DOC_FILE", place, message)]
+    return [rules.DOC_FILE.at(place, message)]
 
 
 def _images(document: mx.Document) -> dict[str, str]:

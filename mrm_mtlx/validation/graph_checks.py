@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.findings.finding import Finding, Severity, finding
+from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.finding import Finding, Severity
 from mrm_mtlx.validation.checks.color_spaces import check_color_spaces
 from mrm_mtlx.validation.checks.connections import check_connection, check_graph_output
 from mrm_mtlx.validation.checks.cycles import check_cycles
@@ -29,7 +30,7 @@ def check_graph(document: mx.Document) -> list[Finding]:
     except Exception as error:  # values of the wrong number of members, definitions that inherit from themselves
         typed = [element for element in document.traverseTree() if element.isA(mx.TypedElement)]
         findings = [found for element in typed for found in check_form(element)]
-        return findings or [finding("DOC_INVALID", "", f"MaterialX cannot validate it: {error}")]
+        return findings or [rules.DOC_INVALID.at("", f"MaterialX cannot validate it: {error}")]
     if any(element.hasInheritanceCycle() for element in document.traverseTree()):
         return list(messages_of_validation(document, messages, explained=False))
     findings = list(check_cycles(document))

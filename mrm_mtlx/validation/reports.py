@@ -55,7 +55,7 @@ def to_json(result: ValidationResult) -> str:
         "documents": [
             {
                 "path": document.path,
-                "findings": [asdict(f) for f in document.findings],
+                "findings": [f.to_json() for f in document.findings],
                 "renderables": [asdict(r) for r in document.renderables],
             }
             for document in result.documents

@@ -8,8 +8,8 @@ import numpy as np
 
 from mrm_mtlx.documents.elements import location, nodes_of
 from mrm_mtlx.documents.graph import defining_graph
-from mrm_mtlx.findings.catalogue import NARROWEST_ALPHA
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.rules.optics import NARROWEST_ALPHA
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES, PARTIAL_NODES, amount_input
 from mrm_mtlx.reference import constant_input, narrowest_width
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import MaterialX as mx
+
+    from mrm_mtlx.findings.finding import Finding
 
 # Inputs of surface models whose values leave nothing of the base's reflection: all of a row together, and why.
 UNSEEN = {
@@ -81,16 +83,16 @@ def check_retroreflection(document: mx.Document) -> list[Finding]:
 def _check_model(node: Any) -> Iterator[Finding]:
     for values, reason in UNSEEN[node.getCategory()]:
         if all(_is(node, name, value) for name, value in values.items()):
-            yield finding("RETRO_INVISIBLE", location(node), reason)
+            yield rules.RETRO_INVISIBLE.at(location(node), reason)
             return
 
 
 def _check_flag(node: Any) -> Iterator[Finding]:
     if _kind(node) != "conductor_bsdf" and constant_input(node, "scatter_mode") == "T":
-        yield finding("RETRO_TRANSMISSION", location(node), "scatter_mode is T, so nothing is reflected")
+        yield rules.RETRO_TRANSMISSION.at(location(node), "scatter_mode is T, so nothing is reflected")
     reason = _invisible(node)
     if reason:
-        yield finding("RETRO_INVISIBLE", location(node), reason)
+        yield rules.RETRO_INVISIBLE.at(location(node), reason)
 
 
 def _invisible(node: Any) -> str:
@@ -115,7 +117,7 @@ def _too_narrow(node: Any, width: float | None, hint: str = "") -> Iterator[Find
     # In float32, as the document's number is: the bound itself is not below the bound.
     if width is not None and width < np.float32(NARROWEST_ALPHA):
         message = f"its narrowest width alpha is {width:.3g}, below {NARROWEST_ALPHA:g}"
-        yield finding("LOBE_TOO_NARROW", location(node), message, hint)
+        yield rules.LOBE_TOO_NARROW.at(location(node), message, hint)
 
 
 def _kind(node: Any) -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx import __version__
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.registry import SUFFIXES
 from mrm_mtlx.system import process_limits
 from mrm_mtlx.validation.request import Request
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from concurrent.futures import Future
 
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import Origin
 
 # Memory that a comparison takes for each of its samples, which the user chooses [bytes]: measured, 700 to 900 with
@@ -92,7 +93,7 @@ def collect(paths: Sequence[Path], settings: Settings) -> tuple[list[DocumentRes
     for path in paths:
         if not path.exists():
             message = f"'{path.as_posix()}' does not exist"
-            missing.append(DocumentResult(shown(path), [finding("READ_MISSING", "", message)]))
+            missing.append(DocumentResult(shown(path), [rules.READ_MISSING.at("", message)]))
             continue
         is_folder = path.is_dir()
         root = path if is_folder else path.parent
@@ -131,11 +132,11 @@ def _unreadable(file: Path, reach: Reach | None) -> Finding | None:
         file.resolve()
         str(file).encode("utf-8")
     except (OSError, RuntimeError):
-        return finding("READ_FAILED", "", "it is a link that leads to itself")
+        return rules.READ_FAILED.at("", "it is a link that leads to itself")
     except UnicodeEncodeError:
-        return finding("READ_FAILED", "", "its name is not valid UTF-8")
+        return rules.READ_FAILED.at("", "its name is not valid UTF-8")
     if reach is not None and reach.inside(Path(file.name)) is None:
-        return finding("READ_OUTSIDE", "", "it is a link that leads out of the folder being checked")
+        return rules.READ_OUTSIDE.at("", "it is a link that leads out of the folder being checked")
     return None
 
 
@@ -280,7 +281,7 @@ class _Task:
         except pebble.ProcessExpired as error:
             found = self._lost() if process_limits.is_time_up(error.exitcode) else self._lost(error.exitcode)
         except Exception as error:
-            found = finding("CHECK_CRASHED", "", error_reason(error))
+            found = rules.CHECK_CRASHED.at("", error_reason(error))
         return DocumentResult(self.request.shown, [found]) if found else None
 
     def _lost(self, status: int | None = None) -> Finding | None:

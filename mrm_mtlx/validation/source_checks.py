@@ -18,13 +18,15 @@ import MaterialX as mx
 
 from mrm_mtlx.documents.elements import location
 from mrm_mtlx.documents.files import Reach, read_regular
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.finding import Finding
 from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from mrm_mtlx.findings.finding import Finding, Rule
     from mrm_mtlx.library import DataLibrary
 
 _INCLUDE = "#include"
@@ -47,9 +49,9 @@ def check_sources(document: mx.Document, reach: Reach, library: DataLibrary) -> 
 class _RefusedError(Exception):
     """A source that a generator must not open; under which rule, and what is wrong with it."""
 
-    def __init__(self, code: str, what: str) -> None:
+    def __init__(self, rule: Rule, what: str) -> None:
         super().__init__(what)
-        self.code = code
+        self.rule = rule
 
 
 class _Sources:
@@ -79,7 +81,7 @@ class _Sources:
                         yield from _left_to_the_compiler(rest, what, place, is_slang=is_slang)
                         waiting += [(inner, path.parent, depth + 1) for inner in included]
                 except _RefusedError as error:
-                    yield finding(error.code, place, f"{what} {error}")
+                    yield error.rule.at(place, f"{what} {error}")
 
     def _texts(self, name: str, folder: Path, depth: int, is_slang: bool) -> Iterator[tuple[Path, str]]:
         """The files that a generator may open for a name, and what they say; without those of a library.
@@ -90,16 +92,16 @@ class _Sources:
             If one must not be opened.
         """
         if depth > MAXIMUM_INCLUDES:
-            raise _RefusedError("READ_INCLUDE", f"is included more than {MAXIMUM_INCLUDES} levels deep")
+            raise _RefusedError(rules.READ_INCLUDE, f"is included more than {MAXIMUM_INCLUDES} levels deep")
         for found in self._found(name, folder):
             # MaterialX looks for the first, and opens the second, where steps to parents do not follow links.
             path = Path(os.path.normpath(found))
             for file in (found, path):
                 target = self._allowed.inside(file)
                 if target is None:
-                    raise _RefusedError("READ_OUTSIDE", "lies outside the folder being checked")
+                    raise _RefusedError(rules.READ_OUTSIDE, "lies outside the folder being checked")
                 if not target.exists():
-                    raise _RefusedError("DOC_FILE", "does not exist")
+                    raise _RefusedError(rules.DOC_FILE, "does not exist")
             if (path, is_slang) not in self._known and not any(path.is_relative_to(of) for of in self._libraries):
                 self._known.add((path, is_slang))
                 yield path, self._text(path)
@@ -117,13 +119,13 @@ class _Sources:
         try:
             content = read_regular(path, MAXIMUM_DOCUMENT_BYTES + 1)
         except OSError as error:
-            raise _RefusedError("DOC_FILE", f"cannot be opened: {error.strerror}") from error
+            raise _RefusedError(rules.DOC_FILE, f"cannot be opened: {error.strerror}") from error
         if not content:
-            raise _RefusedError("DOC_FILE", "is not a regular file" if content is None else "is empty")
+            raise _RefusedError(rules.DOC_FILE, "is not a regular file" if content is None else "is empty")
         self._size += len(content)
         if self._size > MAXIMUM_DOCUMENT_BYTES:
             what = f"makes more than {MAXIMUM_DOCUMENT_BYTES // 2**20} MiB of all sources"
-            raise _RefusedError("READ_TOO_LARGE", what)
+            raise _RefusedError(rules.READ_TOO_LARGE, what)
         return content.decode("utf-8", "surrogateescape")
 
 
@@ -140,4 +142,4 @@ def _left_to_the_compiler(text: str, what: str, place: str, *, is_slang: bool) -
     text = _CONTINUED.sub("", text)
     if _DIRECTIVE.search(text) or (is_slang and _SLANG_IMPORT.search(text)):
         hint = f'Write it as {_INCLUDE} "file" on a line of its own, in a source file: MaterialX resolves these.'
-        yield finding("READ_INCLUDE", place, f"{what} includes a file in a way that only a compiler resolves", hint)
+        yield rules.READ_INCLUDE.at(place, f"{what} includes a file in a way that only a compiler resolves", hint)

@@ -11,12 +11,14 @@ import pickle
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.system import process_limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
+
+    from mrm_mtlx.findings.finding import Finding
 
 T = TypeVar("T")
 
@@ -86,7 +88,8 @@ def lost_finding(step: Step, reason: str, *, timed_out: bool) -> Finding:
     """What is said of a step that was not finished."""
     part = "" if step == READING else f"{step.part}: "
     place = f"/{step.element}" if step.element else ""
-    return finding("CHECK_TIMEOUT" if timed_out else "CHECK_CRASHED", place, f"{part}{reason}")
+    rule = rules.CHECK_TIMEOUT if timed_out else rules.CHECK_CRASHED
+    return rule.at(place, f"{part}{reason}")
 
 
 class Steps:

@@ -13,8 +13,9 @@ import pytest
 from mrm_mtlx.cli import rules
 from mrm_mtlx.documents.document import NothingToWriteError
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings import rules as catalogue
 from mrm_mtlx.findings.catalogue import RULES
-from mrm_mtlx.findings.finding import Severity, finding
+from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_of
 from mrm_mtlx.validation.runner import validate
@@ -119,9 +120,9 @@ def codes(request, check, settings, library, tmp_path) -> Callable[[str, Path], 
             read, _ = read_document(path, Reach.beside(path), library, tmp_path)
             form = format_of(tmp_path / "written.glb")
             try:
-                return [remark.code for remark in form.write(read, tmp_path / "written.glb", library)]
+                return [finding.code for finding in form.write(read, tmp_path / "written.glb", library)]
             except NothingToWriteError as error:
-                return [remark.code for remark in error.remarks]
+                return [finding.code for finding in error.findings]
         if code in NEED_GL:
             request.getfixturevalue("gl")
         if code in FATAL:
@@ -183,8 +184,12 @@ def flat(text: str) -> str:
 
 
 def test_a_finding_takes_severity_and_hint_from_its_rule():
-    plain = finding("DOC_CYCLE", "/a", "found")
-    assert (plain.severity, plain.hint) == (RULES["DOC_CYCLE"].severity, RULES["DOC_CYCLE"].remedy)
-    assert finding("DOC_CYCLE", "/a", "found", "do this").hint == "do this"
-    with pytest.raises(KeyError):
-        finding("DOC_SQUARE", "/a", "found")
+    plain = catalogue.DOC_CYCLE.at("/a", "found")
+    assert (plain.code, plain.severity, plain.hint) == ("DOC_CYCLE", Severity.ERROR, catalogue.DOC_CYCLE.remedy)
+    assert catalogue.DOC_CYCLE.at("/a", "found", "do this").hint == "do this"
+    with pytest.raises(AttributeError):
+        catalogue.DOC_SQUARE.at("/a", "found")
+
+
+def test_a_rule_is_called_by_its_code():
+    assert {name: getattr(catalogue, name).code for name in catalogue.__all__} == {code: code for code in RULES}

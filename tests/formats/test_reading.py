@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.xml_scan import scan
-from mrm_mtlx.formats.reading import ReadError, read_document
+from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES, MAXIMUM_XML_DEPTH
 
 HEAD = '<?xml version="1.0"?>\n<materialx version="1.39">\n'

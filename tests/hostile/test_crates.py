@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Vt
 
-from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_reference
 from mrm_mtlx.formats.usd import read
@@ -67,10 +67,10 @@ def refused(tmp_path):
     def read(data):
         path = tmp_path / "s.usdc"
         path.write_bytes(data)
-        with pytest.raises(UnreadableError) as caught:
+        with pytest.raises(ReadError) as caught:
             layers.open_layer(path, "")
-        assert caught.value.remark.code == "READ_FORMAT"
-        return caught.value.remark.message
+        assert caught.value.finding.code == "READ_FORMAT"
+        return caught.value.finding.message
 
     return read
 
@@ -230,10 +230,10 @@ def test_a_value_of_a_type_that_no_attribute_has_is_refused(crate, library, tmp_
     data = with_values(data, [samples if v >> 48 & 0xFF == 3 and v >> 63 else v for v in values])
     path = tmp_path / "s.usdc"
     path.write_bytes(data)
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         read(path, Reach.beside(path), library, tmp_path, partial(read_reference, library))
-    assert caught.value.remark.code == "READ_FORMAT"
-    assert "a value of a type that none can have" in caught.value.remark.message
+    assert caught.value.finding.code == "READ_FORMAT"
+    assert "a value of a type that none can have" in caught.value.finding.message
 
 
 def test_a_list_of_references_that_claims_a_huge_count_is_refused(crate, refused):
@@ -286,7 +286,7 @@ def test_no_byte_of_a_crate_makes_more_than_a_finding(crate, tmp_path):
             damaged = bytearray(data)
             damaged[at] = other
             path.write_bytes(damaged)
-            with contextlib.suppress(UnreadableError):
+            with contextlib.suppress(ReadError):
                 layers.check_file(path, "")
 
 

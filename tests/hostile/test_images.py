@@ -158,7 +158,7 @@ def test_converting_to_gltf_took_more_memory_than_there_is(make_document, four_i
     )
     source = Imported(make_document(material), reach=Reach.beside(four_images))
     path = four_images.with_name("a.glb")
-    lost = {remark.place: remark.message for remark in format_of(path).write(source, path, library)}
+    lost = {finding.location: finding.message for finding in format_of(path).write(source, path, library)}
     assert lost["/m/emissive"].startswith("it has images that take")
     assert lost["/m"].startswith("it was written and not compared: it has images that take")
 

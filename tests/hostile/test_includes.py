@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.formats.reading import ReadError, read_document
+from mrm_mtlx.formats.reading import read_document
 
 
 def part(elements: str) -> str:

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported, UnreadableError
+from mrm_mtlx.documents.document import Imported, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import write_image
 from mrm_mtlx.formats.reading import read_reference
@@ -47,11 +47,11 @@ def refused(library, tmp_path):
     def run(path):
         scratch = tmp_path / "unpacked"
         scratch.mkdir()
-        with pytest.raises(UnreadableError) as caught:
+        with pytest.raises(ReadError) as caught:
             read(path, Reach.beside(path), library, scratch, partial(read_reference, library))
-        assert caught.value.remark.code == "READ_FORMAT"
-        assert str(path.parent) not in caught.value.remark.message
-        return caught.value.remark.message
+        assert caught.value.finding.code == "READ_FORMAT"
+        assert str(path.parent) not in caught.value.finding.message
+        return caught.value.finding.message
 
     return run
 
@@ -151,9 +151,9 @@ def test_a_package_that_does_not_begin_with_a_layer_is_refused(place, refused, f
 
 def test_text_in_a_package_that_is_nested_too_deeply_is_refused(package, library, tmp_path):
     path = package(**{"s.usda": LAYER + 'def "a" {\n' * 100_000})
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         read(path, Reach.beside(path), library, tmp_path / "outside", partial(read_reference, library))
-    assert caught.value.remark.code == "READ_TOO_DEEP"
+    assert caught.value.finding.code == "READ_TOO_DEEP"
 
 
 def test_what_usds_validators_say_of_a_package_is_said(place):
@@ -185,7 +185,7 @@ def test_damaged_packages_give_findings_and_no_error_of_a_library(place, library
         path.write_bytes(data[: rng.choice([len(data), rng.randrange(4, len(data))])])
         folder = tmp_path / f"unpacked{number}"
         folder.mkdir()
-        with contextlib.suppress(UnreadableError):
+        with contextlib.suppress(ReadError):
             packages.unpack(path, folder, "")
 
 

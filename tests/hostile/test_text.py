@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mrm_mtlx.cli.main import command
-from mrm_mtlx.findings.finding import finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.system.text import printable, text_lines
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.graph_checks import check_graph
@@ -40,7 +40,7 @@ def evil() -> ValidationResult:
     """A run whose every text is hostile."""
     skipped = TargetResult("generate", "skip", EVIL)
     document = DocumentResult(
-        f"{EVIL}.mtlx", [finding("DOC_FILE", EVIL, EVIL)], [RenderableResult(EVIL, {"glsl": skipped})]
+        f"{EVIL}.mtlx", [rules.DOC_FILE.at(EVIL, EVIL)], [RenderableResult(EVIL, {"glsl": skipped})]
     )
     return ValidationResult({}, {}, [document])
 

@@ -13,7 +13,7 @@ from functools import partial
 import pytest
 from pxr import Sdf
 
-from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_reference
 from mrm_mtlx.formats.usd import read
@@ -70,9 +70,9 @@ def outside(place):
 @pytest.mark.parametrize("form", FORMS + RELATIVE)
 def test_a_layer_outside_is_refused_whatever_the_form_of_its_name(place, outside, opened, arc, form):
     path = place.write("s.usda", ARCS[arc].format(form.format(out=outside)))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(path)
-    assert caught.value.remark.code == "READ_OUTSIDE"
+    assert caught.value.finding.code == "READ_OUTSIDE"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
@@ -82,7 +82,7 @@ def test_a_name_that_is_not_followed_opens_nothing(place, pipe, opened, where, s
     made = pipe(place.folder / f"p{suffix.replace('<UDIM>', '1001').removesuffix('[s.usda]')}")
     text = (METADATA | {"image": HEAD + 'def "a" {{\n asset x = @{}@\n}}\n'})[where]
     path = place.write("s.usda", text.format(made.path if "UDIM" not in suffix else f"./p{suffix}"))
-    with contextlib.suppress(UnreadableError):  # a pipe for a package
+    with contextlib.suppress(ReadError):  # a pipe for a package
         opened(path)
 
 
@@ -91,13 +91,13 @@ def test_a_layer_in_the_current_folder_or_on_usds_search_path_is_not_found(place
     (place.outside / "b.usda").write_text(HEAD + 'def "A" {\n}\n')
     monkeypatch.chdir(place.outside)
     path = place.write("s.usda", HEAD + 'def "a" (\n references = @b.usda@</A>\n) {\n}\n')
-    (remark,) = [remark for remark in opened(path).remarks if remark.code == "USD_MISSING"]
-    assert remark.place == "/a"
+    (finding,) = [finding for finding in opened(path).findings if finding.code == "USD_MISSING"]
+    assert finding.location == "/a"
     code = "import sys, pathlib; from mrm_mtlx.formats.reading import read_document\n"
     code += "from mrm_mtlx.library import load_library\n"
     code += "from mrm_mtlx.documents.files import Reach\n"
     code += "path, scratch = map(pathlib.Path, sys.argv[1:])\n"
-    code += "print(read_document(path, Reach.beside(path), load_library(), scratch)[0].remarks)"
+    code += "print(read_document(path, Reach.beside(path), load_library(), scratch)[0].findings)"
     (place.folder.parent / "empty").mkdir()
     environment = os.environ | {"PXR_AR_DEFAULT_SEARCH_PATH": str(place.outside)}
     command = [sys.executable, "-c", code, str(path), str(place.folder.parent / "empty")]
@@ -116,11 +116,11 @@ def test_a_layer_of_a_package_names_what_is_in_the_package_alone(place, opened):
             name = "../../b.usda"
             with zipfile.ZipFile(place.folder / "p.usdz", "w") as package:
                 package.writestr("sub/s.usda", HEAD + f'def "a" (\n references = @{name}@</A>\n) {{\n}}\n')
-            with pytest.raises(UnreadableError) as caught:
+            with pytest.raises(ReadError) as caught:
                 opened(place.folder / "p.usdz")
-            assert caught.value.remark.code == code
+            assert caught.value.finding.code == code
             continue
-        codes = [r.code for r in opened(place.folder / "p.usdz").remarks if not r.code.startswith("USD_VALID")]
+        codes = [r.code for r in opened(place.folder / "p.usdz").findings if not r.code.startswith("USD_VALID")]
         assert codes == ([code] if code else [])
 
 
@@ -133,31 +133,31 @@ def test_packages_in_packages_are_opened_and_bounded(place, opened):
         package.write(place.folder / "inner.usdz", "inner.usdz")
     for name in ("./p.usdz", "./p.usdz[inner.usdz]", "./p.usdz[inner.usdz[y.usda]]"):
         path = place.write("s.usda", HEAD + f'def "a" (\n references = @{name}@</a>\n) {{\n}}\n')
-        assert "USD_MISSING" not in {remark.code for remark in opened(path).remarks}
+        assert "USD_MISSING" not in {finding.code for finding in opened(path).findings}
     path = place.write("s.usda", HEAD + 'def "a" (\n references = @./p.usdz[inner.usdz[../../z.usda]]@\n) {\n}\n')
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(path)
-    assert caught.value.remark.code == "READ_OUTSIDE"
+    assert caught.value.finding.code == "READ_OUTSIDE"
 
 
 def test_a_link_in_the_folder_to_a_layer_outside_is_refused(place, opened, link):
     link(place.folder / "b.usda", place.secrets[".usda"])
     path = place.write("s.usda", HEAD + 'def "a" (\n references = @b.usda@\n) {\n}\n')
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(path)
-    assert caught.value.remark.code == "READ_OUTSIDE"
+    assert caught.value.finding.code == "READ_OUTSIDE"
 
 
 @pytest.mark.parametrize("arc", ["reference", "attribute"])
 def test_an_expression_that_could_name_a_file_in_a_package_is_refused(place, opened, arc):
     path = place.write("s.usda", ARCS[arc].format('`"${X}.usdz[s.usda]"`'))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(path)
-    assert caught.value.remark.code == "READ_INCLUDE"
+    assert caught.value.finding.code == "READ_INCLUDE"
     text = HEAD + '(\n expressionVariables = {{\n string X = {}\n }}\n)\ndef "a" {{\n asset x = @`"${{X}}"`@\n}}\n'
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(place.write("s.usda", text.format('"../outside/pk.usdz[s.usda]"')))
-    assert caught.value.remark.code == "READ_INCLUDE"
+    assert caught.value.finding.code == "READ_INCLUDE"
     opened(place.write("s.usda", text.format('"t.png"')))
 
 
@@ -169,13 +169,13 @@ def test_a_crate_that_has_a_name_of_a_file_in_the_place_of_a_number_opens_nothin
     attribute.default = Sdf.AssetPath(f"{made.path}[s.usda]")
     layer.Export(str(place.folder / "s.usdc"))
     content = (place.folder / "s.usdc").read_bytes()
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(place.folder / "s.usdc")
-    assert (caught.value.remark.code, b"asset" in content) == ("READ_FAILED", True)
+    assert (caught.value.finding.code, b"asset" in content) == ("READ_FAILED", True)
     (place.folder / "s.usdc").write_bytes(content.replace(b"asset", b"float"))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         opened(place.folder / "s.usdc")
-    assert caught.value.remark.code == "READ_FAILED"
+    assert caught.value.finding.code == "READ_FAILED"
 
 
 def test_a_deletion_of_a_reference_that_is_there_counts_and_one_of_a_file_outside_opens_nothing(place, opened):
@@ -210,5 +210,5 @@ def test_clips_inside_the_folder_are_not_left_to_usd_either(place, library, tmp_
     path = place.write("s.usda", ARCS["clips"].format("./clip.usda"))
     (tmp_path / "empty").mkdir()
     opened = open_stage(path, Reach.only(place.folder), tmp_path / "empty", library, partial(read_reference, library))
-    assert [remark.code for remark in opened.remarks] == ["INTERCHANGE_LOST"]
+    assert [finding.code for finding in opened.findings] == ["INTERCHANGE_LOST"]
     assert not opened.stage.GetPrimAtPath("/a").HasAuthoredMetadata("clips")

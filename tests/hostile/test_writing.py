@@ -15,7 +15,7 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported, UnreadableError
+from mrm_mtlx.documents.document import Imported, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image, write_image
 from mrm_mtlx.formats.registry import format_of
@@ -437,15 +437,15 @@ def tiled(surface_document, tmp_path) -> Imported:
 @pytest.mark.parametrize("name", ["X.usda", "X.usdz", "X.mtlx"])
 def test_a_tile_that_is_a_link_was_copied_from_outside(tiled, library, place, link, tmp_path, name):
     link(tmp_path / "project" / "t.1002.png", place.secrets[".bin"])
-    with pytest.raises(UnreadableError, match=r"'t\.1002\.png' is a link that leads outside") as caught:
+    with pytest.raises(ReadError, match=r"'t\.1002\.png' is a link that leads outside") as caught:
         write_to(tiled, tmp_path / "out" / name, library)
-    assert caught.value.remark.code == "READ_OUTSIDE"
+    assert caught.value.finding.code == "READ_OUTSIDE"
     assert contents(tmp_path / "out") == {}
 
 
 def test_a_tile_that_is_a_pipe_is_not_waited_for(tiled, library, pipe, tmp_path):
     pipe(tmp_path / "project" / "t.1002.png")
-    with pytest.raises(UnreadableError, match="not a regular file"):
+    with pytest.raises(ReadError, match="not a regular file"):
         write_to(tiled, tmp_path / "out" / "X.usda", library)
 
 

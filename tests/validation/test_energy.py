@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrm_mtlx.findings.catalogue import ALBEDO_BOUND
+from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.validation.energy import VIEW_DEGREES, directional_albedos
 from mrm_mtlx.validation.sampling import LobeShape

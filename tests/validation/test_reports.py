@@ -11,8 +11,9 @@ import xml.etree.ElementTree as ET
 import jsonschema
 import pytest
 
+from mrm_mtlx.findings import rules
 from mrm_mtlx.findings.catalogue import RULES
-from mrm_mtlx.findings.finding import Finding, Severity, finding
+from mrm_mtlx.findings.finding import Finding, Severity
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult, ValidationResult
@@ -54,7 +55,7 @@ def conforms(schema):
     return lambda report: not list(validator.iter_errors(report))
 
 
-ERROR, WARNING = finding("SHADER_DIFFERS", "/sheet", "found 1"), finding("RETRO_INVISIBLE", "/sheet/lobe", "weight 0")
+ERROR, WARNING = rules.SHADER_DIFFERS.at("/sheet", "found 1"), rules.RETRO_INVISIBLE.at("/sheet/lobe", "weight 0")
 
 # Names and messages that a format could trip over: what documents may contain, and what a file system allows.
 NASTY = {
@@ -215,7 +216,7 @@ def test_numbers_that_are_not_finite_become_null(conforms, value):
 
 @pytest.mark.parametrize("text", NASTY.values(), ids=list(NASTY))
 def test_json_carries_any_text(conforms, text):
-    result = run_of(document(f"x{text}.mtlx", Finding("DOC_INVALID", Severity.ERROR, text, text, text), glsl=PASS))
+    result = run_of(document(f"x{text}.mtlx", rules.DOC_INVALID.at(text, text, text), glsl=PASS))
     result.documents[0].renderables[0].name = text
     report = json.loads(reports.to_json(result).encode("ascii"))
     assert conforms(report)
@@ -235,7 +236,7 @@ def seen(text: str) -> str:
 @pytest.mark.parametrize("name", NASTY)
 def test_junit_is_xml_whatever_is_in_it(name):
     text = NASTY[name]
-    failed = Finding("DOC_INVALID", Severity.ERROR, text, text, text)
+    failed = rules.DOC_INVALID.at(text, text, text)
     result = run_of(document(f"x{text}.mtlx", failed, glsl=TargetResult("read", "skip", text or None)))
     result.documents[0].renderables[0].name = text
     root = ET.fromstring(reports.to_junit(result).encode("utf-8"))
@@ -298,7 +299,7 @@ def unescaped(text: str, *more: str) -> str:
 
 @pytest.mark.parametrize("text", NASTY.values(), ids=list(NASTY))
 def test_github_reads_back_what_was_written_whatever_is_in_it(text):
-    failed = Finding("DOC_INVALID", Severity.ERROR, "/a", text, "hint")
+    failed = rules.DOC_INVALID.at("/a", text, "hint")
     lines = reports.to_github(run_of(document(f"x{text}.mtlx", failed)))
     assert "\n" not in lines
     assert "\r" not in lines

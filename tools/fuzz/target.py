@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Imported, NothingToWriteError
+from mrm_mtlx.documents.document import Imported, NothingToWriteError, ReadError
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.findings.finding import blocks
-from mrm_mtlx.formats.reading import ReadError, read_document
+from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
 from mrm_mtlx.library import load_library
 from mrm_mtlx.reference import Surface, UnsupportedError
@@ -122,7 +121,7 @@ def _last(error: Exception) -> str:
 
 def _verdict(findings: list[Finding]) -> Verdict:
     codes = tuple(sorted({f.code for f in findings}))
-    return Verdict(Outcome.FINDINGS if any(blocks(f) for f in findings) else Outcome.CLEAN, codes)
+    return Verdict(Outcome.FINDINGS if any(f.blocks for f in findings) else Outcome.CLEAN, codes)
 
 
 def _document(path: Path, scratch: Path, rng: Random) -> Verdict:
@@ -135,7 +134,7 @@ def _document(path: Path, scratch: Path, rng: Random) -> Verdict:
         return _verdict([error.finding])
     findings = findings + check_graph(imported.document)
     findings += check_files(imported.document, imported.reach, library)
-    if any(blocks(f) for f in findings):
+    if any(f.blocks for f in findings):
         return _verdict(findings)
     findings += check_retroreflection(imported.document)
     codes = list(_verdict(findings).codes)
@@ -214,7 +213,7 @@ def _pictured(path: Path, scratch: Path, rng: Random) -> Verdict:
     imported, findings = read_document(document, Reach.beside(document), library, scratch)
     findings = findings + check_graph(imported.document)
     findings += check_files(imported.document, imported.reach, library)
-    if any(blocks(f) for f in findings):
+    if any(f.blocks for f in findings):
         return _verdict(findings)
     for element in renderable_elements(imported.document):
         findings += _evaluate(element, imported, rng)

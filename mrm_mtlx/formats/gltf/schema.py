@@ -8,7 +8,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.documents.document import Remark
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats import json_text
 from mrm_mtlx.formats.json_text import kind
 from mrm_mtlx.system.text import printable, shown
@@ -16,13 +16,15 @@ from mrm_mtlx.system.text import printable, shown
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from mrm_mtlx.findings.finding import Finding
+
 RETROREFLECTION = "KHR_materials_retroreflection"
 _FILES = ("gltf.schema.json", f"{RETROREFLECTION}.schema.json")
 # Problems of one object that are reported.
 _MOST = 20
 
 
-def problems(definition: str, element: Any, place: str) -> list[Remark]:
+def problems(definition: str, element: Any, place: str) -> list[Finding]:
     """What of an object breaks the schema, and what of it the schema does not know, each with a JSON pointer.
 
     Parameters
@@ -39,7 +41,7 @@ def problems(definition: str, element: Any, place: str) -> list[Remark]:
         found += list(_remarks(error, place))
         if len(found) >= _MOST:
             break
-    return sorted(found, key=lambda remark: (remark.place, remark.message))
+    return sorted(found, key=lambda found: (found.location, found.message))
 
 
 def known_extensions() -> list[str]:
@@ -72,7 +74,7 @@ def _validator(definition: str) -> Any:
     return made(reference, registry=Registry().with_resources(resources_))
 
 
-def _remarks(error: Any, place: str) -> Iterable[Remark]:
+def _remarks(error: Any, place: str) -> Iterable[Finding]:
     where = place + json_text.pointer(*error.absolute_path)
     if error.validator == "additionalProperties" and error.validator_value is False:
         known = sorted(error.schema["properties"])
@@ -81,9 +83,9 @@ def _remarks(error: Any, place: str) -> Iterable[Remark]:
             meant = f"; {near[0]} is probably meant" if near else ""
             message = f"the property {shown(name)} is not known and not read{meant}"
             hint = "Correct the name; what is no property of glTF belongs into extras."
-            yield Remark("INTERCHANGE_LOST", where, printable(message), hint)
+            yield rules.INTERCHANGE_LOST.at(where, printable(message), hint)
         return
-    yield Remark("INTERCHANGE_INVALID", where, printable(_described(error)))
+    yield rules.INTERCHANGE_INVALID.at(where, printable(_described(error)))
 
 
 def _described(error: Any) -> str:

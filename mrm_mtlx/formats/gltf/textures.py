@@ -7,7 +7,6 @@ import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import unquote
 
-from mrm_mtlx.documents.document import Remark
 from mrm_mtlx.formats.gltf.importer.container import (
     INVALID,
     LOST,
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.formats.gltf.importer.container import Container
 
 # Bytes that are unpacked from one asset.
@@ -95,7 +95,7 @@ class Textures:
     does not take as it stands, all are: `packed` says so beforehand.
     """
 
-    def __init__(self, container: Container, scratch: Path, report: Callable[[Remark], None]) -> None:
+    def __init__(self, container: Container, scratch: Path, report: Callable[[Finding], None]) -> None:
         self._container, self._scratch, self._report = container, scratch, report
         self._files: dict[int, str | None] = {}
         self._unpacked = 0
@@ -106,7 +106,7 @@ class Textures:
         try:
             return self._use(info, place)
         except GltfError as error:
-            self._report(error.remark)
+            self._report(error.finding)
             return None
 
     def _use(self, info: dict[str, Any], place: str) -> Texture | None:
@@ -143,7 +143,7 @@ class Textures:
         extensions = texture.get("extensions", {})
         other = extensions.get(_WEBP, {}).get("source")
         for name in sorted(set(extensions) - {_WEBP}):
-            self._report(Remark(LOST, f"{place}/extensions/{name}", f"the extension {shown(name)} is not read"))
+            self._report(LOST.at(f"{place}/extensions/{name}", f"the extension {shown(name)} is not read"))
         if "source" in texture:
             return int(texture["source"])
         if isinstance(other, int) and not isinstance(other, bool) and other >= 0:
@@ -159,7 +159,7 @@ class Textures:
         # 9728, 9984 and 9986 take the closest texel, 9729, 9985 and 9987 blend; how levels are chosen is the host's.
         if smaller is not None and smaller % 2 != larger % 2:
             message = "minFilter and magFilter differ; MaterialX has one filter type, which magFilter sets"
-            self._report(Remark(LOST, place, message))
+            self._report(LOST.at(place, message))
 
     def _file(self, index: int, user: str) -> str:
         place = pointer("images", index)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Remark
 from mrm_mtlx.documents.filenames import rename_files
 from mrm_mtlx.documents.files import read_regular
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.files import name_beside
 from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.system.writing import FileSet
 
@@ -28,7 +29,7 @@ _FILES = re.compile('type="filename" value="([^"]*)"')
 _CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
-def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:
+def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
     """Write a document without its data library, into a set of files; see `formats.registry`.
 
     Names of files are those of `name_beside`.
@@ -36,7 +37,7 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
     del library
     document = source.document.copy()
     rename_files(document, lambda name: name_beside(name, source, path, files))
-    lost = [remark for element in document.traverseTree() for remark in _without_controls(element)]
+    lost = [found for element in document.traverseTree() for found in _without_controls(element)]
     files.named(path).write_text(mx.writeToXmlString(document), encoding="utf-8")
     return lost
 
@@ -47,11 +48,11 @@ def names(path: Path) -> list[str]:
     return [unescape(name) for name in set(_FILES.findall(content.decode("utf-8", "replace")))]
 
 
-def _without_controls(element: mx.Element) -> Iterator[Remark]:
+def _without_controls(element: mx.Element) -> Iterator[Finding]:
     """Leave out what XML cannot hold of an element's attributes, and say so of each."""
     for name in element.getAttributeNames():
         text = element.getAttribute(name)
         if _CONTROLS.search(text):
             element.setAttribute(name, _CONTROLS.sub("", text))
             message = f"its {name} has control characters, which XML cannot hold; they are left out"
-            yield Remark("INTERCHANGE_LOST", f"/{element.getNamePath()}", message)
+            yield rules.INTERCHANGE_LOST.at(f"/{element.getNamePath()}", message)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.library.color_spaces import LINEAR, equivalent, in_opencolorio, is_handled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import MaterialX as mx
+
+    from mrm_mtlx.findings.finding import Finding
 
 
 def check_color_spaces(document: mx.Document) -> Iterator[Finding]:
@@ -29,7 +31,7 @@ def _unknown_space(space: str, known: str, elements: list[Any]) -> Finding:
     more = f" (it is declared {len(elements)} times)" if len(elements) > 1 else ""
     if known:
         message = f"'{space}' is OpenColorIO's name of {known}, and unknown to MaterialX's generators{more}"
-        return finding("DOC_COLOR_SPACE", location(elements[0]), message, f"Write {known}.")
+        return rules.DOC_COLOR_SPACE.at(location(elements[0]), message, f"Write {known}.")
     whose = "of OpenColorIO's configurations " if in_opencolorio(space) else ""
     message = f"'{space}' {whose}cannot be converted to {LINEAR}{more}"
-    return finding("DOC_COLOR_SPACE", location(elements[0]), message)
+    return rules.DOC_COLOR_SPACE.at(location(elements[0]), message)

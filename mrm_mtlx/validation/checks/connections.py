@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.documents.elements import is_connected, location
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.library.load import definitions_for
 from mrm_mtlx.library.surface_models import FLAG
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.findings.finding import Finding
 
 
 def check_connection(port: Any) -> Iterator[Finding]:
@@ -26,18 +28,18 @@ def check_connection(port: Any) -> Iterator[Finding]:
         return
     outputs = _outputs(source)
     if names_only_output(port):
-        yield finding("DOC_OUTPUT_IGNORED", location(port), f"'{named}' has one output, and output '{output}' is named")
+        yield rules.DOC_OUTPUT_IGNORED.at(location(port), f"'{named}' has one output, and output '{output}' is named")
         output = ""
     if output not in outputs and output:
-        yield finding("DOC_CONNECTION", location(port), f"'{named}' has no output '{output}'")
+        yield rules.DOC_CONNECTION.at(location(port), f"'{named}' has no output '{output}'")
     elif not output and len(outputs) > 1:
         message = f"'{named}' has several outputs, and none is named"
         hint = f"Name one of {', '.join(outputs)} with the attribute 'output'."
-        yield finding("DOC_CONNECTION", location(port), message, hint)
+        yield rules.DOC_CONNECTION.at(location(port), message, hint)
     else:
         kind = outputs[output or next(iter(outputs))] if outputs else port.getType()
         if kind != port.getType():
-            yield finding("DOC_CONNECTION", location(port), f"'{named}' gives {kind}, expected {port.getType()}")
+            yield rules.DOC_CONNECTION.at(location(port), f"'{named}' gives {kind}, expected {port.getType()}")
 
 
 def names_only_output(port: Any) -> bool:
@@ -50,11 +52,11 @@ def _nothing_named(name: str, port: Any) -> Finding:
     document = port.getDocument()
     if port.getNodeName() and document.getNodeGraph(name) is not None:
         message = f"'{name}' is a graph, but connected as a node"
-        return finding("DOC_CONNECTION", location(port), message, "Name it with the attribute 'nodegraph'.")
+        return rules.DOC_CONNECTION.at(location(port), message, "Name it with the attribute 'nodegraph'.")
     if document.getChild(name) is not None and definitions_for(document).getChild(name) is not None:
         message = f"MaterialX does not find '{name}': an element of its libraries has the same name"
-        return finding("DOC_CONNECTION", location(port), message, "Give the node another name.")
-    return finding("DOC_CONNECTION", location(port), f"nothing is named '{name}' there")
+        return rules.DOC_CONNECTION.at(location(port), message, "Give the node another name.")
+    return rules.DOC_CONNECTION.at(location(port), f"nothing is named '{name}' there")
 
 
 def check_uniform(given: Any, declared: Any) -> Iterator[Finding]:
@@ -63,13 +65,13 @@ def check_uniform(given: Any, declared: Any) -> Iterator[Finding]:
         return
     hint = "" if given.getName() == FLAG else "Give the input a value, or connect a constant."
     message = f"'{given.getName()}' is uniform, but connected to what may vary"
-    yield finding("DOC_UNIFORM_CONNECTED", location(given), message, hint)
+    yield rules.DOC_UNIFORM_CONNECTED.at(location(given), message, hint)
 
 
 def check_graph_output(output: Any) -> Iterator[Finding]:
     """An output of a graph that nothing is connected to, and that has no value either."""
     if not (output.getValueString() or output.getInterfaceName() or is_connected(output)):
-        yield finding("DOC_CONNECTION", location(output), "nothing is connected to the graph's output")
+        yield rules.DOC_CONNECTION.at(location(output), "nothing is connected to the graph's output")
 
 
 def _source(port: Any) -> Any:

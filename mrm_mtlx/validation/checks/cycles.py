@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.documents.elements import is_connected, location, nodes_of
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.findings.finding import Finding
 
 # Generators recurse along connections; chains that real graphs never reach are refused before they do.
 MAXIMUM_CHAIN = 200
@@ -35,7 +37,7 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
                 depth[path] = 1 + max((depth.get(n.getNamePath(), 0) for n in upstream(node, graphs)), default=0)
                 if depth[path] > MAXIMUM_CHAIN:
                     message = f"the node ends a chain of more than {MAXIMUM_CHAIN} nodes"
-                    yield finding("DOC_CYCLE", location(node), message)
+                    yield rules.DOC_CYCLE.at(location(node), message)
                     return
                 continue
             name = following.getNamePath()
@@ -43,7 +45,7 @@ def check_cycles(document: mx.Document) -> Iterator[Finding]:
                 circle = [n.getName() for n, _ in open_nodes]
                 circle = circle[[n.getNamePath() for n, _ in open_nodes].index(name) :]
                 message = f"the nodes feed each other: {' <- '.join((*circle, following.getName()))}"
-                yield finding("DOC_CYCLE", location(node), message)
+                yield rules.DOC_CYCLE.at(location(node), message)
                 return
             if name not in depth:
                 open_nodes.append((following, iter(upstream(following, graphs))))

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.documents.elements import location
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.findings.finding import Finding
 
 
 def check_definition(element: Any) -> Iterator[Finding]:
@@ -19,12 +21,12 @@ def check_definition(element: Any) -> Iterator[Finding]:
     if element.isA(mx.NodeDef):
         for output in element.getOutputs():
             if not output.getType():
-                yield finding("DOC_DEFINITION", location(output), f"the output '{output.getName()}' has no type")
+                yield rules.DOC_DEFINITION.at(location(output), f"the output '{output.getName()}' has no type")
     elif element.isA(mx.NodeGraph) and element.getNodeDef() is not None:  # which may be said by an implementation
         yield from _check_graph(element, element.getNodeDef())
     elif element.isA(mx.Implementation) and element.getNodeGraph():
         if element.getDocument().getNodeGraph(element.getNodeGraph()) is None:
-            yield finding("DOC_DEFINITION", location(element), f"no graph is named '{element.getNodeGraph()}'")
+            yield rules.DOC_DEFINITION.at(location(element), f"no graph is named '{element.getNodeGraph()}'")
     elif element.isA(mx.Unit):
         yield from _check_scale(element)
 
@@ -35,7 +37,7 @@ def _check_graph(graph: Any, definition: Any) -> Iterator[Finding]:
     by_name = len(wanted) > 1
     if (found if by_name else list(found.values())) != (wanted if by_name else list(wanted.values())):
         message = f"it has the outputs {_listed(found)}, expected {_listed(wanted)} as '{definition.getName()}' has"
-        yield finding("DOC_DEFINITION", location(graph), message)
+        yield rules.DOC_DEFINITION.at(location(graph), message)
 
 
 def _types(element: Any) -> dict[str, str]:
@@ -55,4 +57,4 @@ def _check_scale(unit: Any) -> Iterator[Finding]:
         scale = 0.0
     if scale == 0.0 or not math.isfinite(scale):
         message = f"the scale '{text}' of the unit '{unit.getName()}' is not a number other than 0"
-        yield finding("DOC_DEFINITION", location(unit), message)
+        yield rules.DOC_DEFINITION.at(location(unit), message)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.documents.elements import location
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.findings.finding import Finding
 
 
 def check_look(element: Any) -> Iterator[Finding]:
@@ -36,10 +38,10 @@ def _check_material(assignment: Any) -> Iterator[Finding]:
     child = assignment.getDocument().getChild(name)
     node = child if child is not None and child.isA(mx.Node) else assignment.getReferencedMaterial()
     if node is None and not assignment.getMaterialOutputs():
-        yield finding("DOC_CONNECTION", location(assignment), f"no material is named '{name}'")
+        yield rules.DOC_CONNECTION.at(location(assignment), f"no material is named '{name}'")
     elif node is not None and node.getType() != "material":
         message = f"'{name}' is of type {node.getType()}, expected a material"
-        yield finding("DOC_CONNECTION", location(assignment), message)
+        yield rules.DOC_CONNECTION.at(location(assignment), message)
 
 
 def _check_names(element: Any, what: str, names: str, kind: type) -> Iterator[Finding]:
@@ -48,4 +50,4 @@ def _check_names(element: Any, what: str, names: str, kind: type) -> Iterator[Fi
     there |= {str(child.getQualifiedName(child.getName())) for child in document.getChildren() if child.isA(kind)}
     for name in filter(None, map(str.strip, names.split(","))):
         if name not in there:
-            yield finding("DOC_CONNECTION", location(element), f"no {what} is named '{name}'")
+            yield rules.DOC_CONNECTION.at(location(element), f"no {what} is named '{name}'")

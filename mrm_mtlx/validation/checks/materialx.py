@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.library.load import materialx_version
 from mrm_mtlx.system.text import text_lines
 from mrm_mtlx.validation.checks.connections import names_only_output
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import MaterialX as mx
+
+    from mrm_mtlx.findings.finding import Finding
 
 # Messages that a more precise rule here covers.
 _COVERED = (
@@ -42,13 +44,11 @@ def messages_of_validation(document: mx.Document, messages: str, *, explained: b
         elif not (explained and message.startswith(_COVERED)):
             wrong = next((e for e in elements.get(f"<{found}", ()) if not e.validate()[0]), None)
             if wrong is None or not (message in _NAMED_ALONE and names_only_output(wrong)):
-                yield finding("DOC_INVALID", "" if wrong is None else location(wrong), line.strip())
+                yield rules.DOC_INVALID.at("" if wrong is None else location(wrong), line.strip())
 
 
 def _of_version(document: mx.Document) -> Finding:
     """That MaterialX does not know the document's version."""
     known = ".".join(materialx_version().split(".")[:2])
     message = f"its version is '{document.getVersionString()}', expected one up to {known}, which MaterialX reads here"
-    return finding(
-        "DOC_INVALID", "", message, f'Write version="{known}" if the document is of it, or update MaterialX.'
-    )
+    return rules.DOC_INVALID.at("", message, f'Write version="{known}" if the document is of it, or update MaterialX.')

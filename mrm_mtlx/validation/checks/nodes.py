@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import is_connected, location
-from mrm_mtlx.findings.finding import MAXIMUM_OF_A_RULE, Finding, finding
+from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.finding import MAXIMUM_OF_A_RULE, Finding
 from mrm_mtlx.library.load import definitions_for
 from mrm_mtlx.library.surface_models import FLAG, amounts_of
 from mrm_mtlx.validation.checks.connections import check_uniform
@@ -79,7 +80,7 @@ def check_property_name(node: Any) -> Iterator[Finding]:
     holder = given.getInterfaceInput() or given if given is not None else None
     if holder is None or not (holder.getValueString() or holder.getInterfaceName() or is_connected(holder)):
         message = f"'{node.getCategory()}' reads a geometric property, and does not say which"
-        yield finding("DOC_INPUT_VALUE", location(node), message, f"Give the input '{name}' the name of the property.")
+        yield rules.DOC_INPUT_VALUE.at(location(node), message, f"Give the input '{name}' the name of the property.")
 
 
 def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
@@ -88,24 +89,24 @@ def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
     definitions = node.getDocument().getMatchingNodeDefs(category)
     if not definitions:
         message = f"there is no node '{category}'{spelling.of_node(category)}"
-        yield finding("DOC_UNKNOWN_NODE", location(node), message)
+        yield rules.DOC_UNKNOWN_NODE.at(location(node), message)
         return
     fitting = [d for d in definitions if d.getType() == node.getType()]
     if not fitting and not any(d.getActiveOutputs() for d in definitions):
         names = ", ".join(d.getName() for d in definitions)
-        yield finding("DOC_UNKNOWN_NODE", location(node), f"'{category}' has no output in its definition {names}")
+        yield rules.DOC_UNKNOWN_NODE.at(location(node), f"'{category}' has no output in its definition {names}")
         return
     if not fitting:
         types = ", ".join(sorted({d.getType() for d in definitions}))
         message = f"'{category}' of type {node.getType()} is not defined; it exists for {types}"
-        yield finding("DOC_UNKNOWN_NODE", location(node), message)
+        yield rules.DOC_UNKNOWN_NODE.at(location(node), message)
         return
     version = node.getVersionString()
     if version and not any(d.isVersionCompatible(version) for d in fitting):
         versions = ", ".join(dict.fromkeys(d.getVersionString() or "none" for d in fitting))
         message = f"version {version} of '{category}' is not defined; it exists in {versions}"
         hint = "Remove the node's version, or name one that exists."
-        yield finding("DOC_UNKNOWN_NODE", location(node), message, hint)
+        yield rules.DOC_UNKNOWN_NODE.at(location(node), message, hint)
         return
     explained = False
     for given in node.getInputs():
@@ -118,17 +119,17 @@ def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
             explained = True
             types = " or ".join(sorted({d.getType() for d in declared}))
             message = f"input '{name}' has type {given.getType()}, expected {types}"
-            yield finding("DOC_INPUT_TYPE", location(given), message)
+            yield rules.DOC_INPUT_TYPE.at(location(given), message)
     if not explained:
         message = f"no definition of '{category}' takes this combination of input types"
-        yield finding("DOC_UNKNOWN_NODE", location(node), message)
+        yield rules.DOC_UNKNOWN_NODE.at(location(node), message)
 
 
 def _unknown_input(given: Any, node: Any, definitions: list[Any], spelling: Spelling) -> Finding:
     name, category = given.getName(), node.getCategory()
     if name in (FLAG, *amounts_of(category)):
         message = f"'{category}' has no input '{name}'"
-        return finding("RETRO_UNDEFINED", location(given), message)
+        return rules.RETRO_UNDEFINED.at(location(given), message)
     inputs = list(dict.fromkeys(i.getName() for d in definitions for i in d.getActiveInputs()))
     message = f"'{category}' has no input '{name}'{spelling.of(name, inputs)}"
-    return finding("DOC_UNKNOWN_INPUT", location(given), message, f"Its inputs are {', '.join(inputs)}.")
+    return rules.DOC_UNKNOWN_INPUT.at(location(given), message, f"Its inputs are {', '.join(inputs)}.")

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location, nodes_of
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     import MaterialX as mx
+
+    from mrm_mtlx.findings.finding import Finding
 
 # Inputs of a material beside its surface, and what they give.
 _BESIDE = {"displacementshader": "displacement", "backsurfaceshader": "back surface"}
@@ -26,7 +28,7 @@ def nothing_to_render(document: mx.Document) -> Finding:
     message = "no material with a surface, and no output to show"
     if others:
         message = f"{message}; {' and '.join(others)} alone are not compared"
-    return finding("DOC_NO_RENDERABLE", "", message)
+    return rules.DOC_NO_RENDERABLE.at("", message)
 
 
 def check_scope(document: mx.Document) -> Iterator[Finding]:
@@ -40,4 +42,4 @@ def check_scope(document: mx.Document) -> Iterator[Finding]:
     for part, having in found.items():
         more = f" (nor that of {len(having) - 1} more)" if len(having) > 1 else ""
         message = f"the {part} of '{having[0].getName()}' is not compared{more}"
-        yield finding("DOC_NOT_COMPARED", location(having[0]), message)
+        yield rules.DOC_NOT_COMPARED.at(location(having[0]), message)

@@ -8,13 +8,15 @@ import MaterialX as mx
 
 from mrm_mtlx.documents.elements import location
 from mrm_mtlx.documents.flattening import Sizes
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.system.limits import MAXIMUM_NODES
 from mrm_mtlx.validation.checks.cycles import upstream
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.findings.finding import Finding
 
 
 def check_size(document: mx.Document) -> Iterator[Finding]:
@@ -23,7 +25,7 @@ def check_size(document: mx.Document) -> Iterator[Finding]:
     for element in renderable_elements(document):
         if sum(sizes.of(node) for node in _reached(element)) > MAXIMUM_NODES:
             message = f"its definitions come to more than {MAXIMUM_NODES} nodes"
-            yield finding("DOC_TOO_LARGE", location(element), message)
+            yield rules.DOC_TOO_LARGE.at(location(element), message)
 
 
 def _reached(element: Any) -> list[Any]:

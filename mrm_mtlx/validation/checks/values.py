@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.documents.elements import is_connected, location
-from mrm_mtlx.findings.finding import Finding, finding
+from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from mrm_mtlx.findings.finding import Finding
 
 # How many numbers a value of a type has; an array has a multiple of them.
 _NUMBERS = {
@@ -41,10 +43,10 @@ def check_form(element: Any) -> Iterator[Finding]:
     kind = element.getType()
     fault = _fault(kind, text, element.getDocument(), ())
     if fault:
-        yield finding("DOC_INPUT_VALUE", location(element), fault)
+        yield rules.DOC_INPUT_VALUE.at(location(element), fault)
     elif text.count(",") + 1 < _NUMBERS.get(kind, 1):
         message = f"'{text}' has spaces between its numbers, expected commas"
-        yield finding("DOC_VALUE_FORM", location(element), message)
+        yield rules.DOC_VALUE_FORM.at(location(element), message)
 
 
 def check_value(given: Any, declared: Any) -> Iterator[Finding]:
@@ -54,7 +56,7 @@ def check_value(given: Any, declared: Any) -> Iterator[Finding]:
         return
     if declared.getDefaultGeomPropString():
         message = f"'{given.getName()}' is given as {text}, but taken from the geometry"
-        yield finding("DOC_VALUE_IGNORED", location(given), message)
+        yield rules.DOC_VALUE_IGNORED.at(location(given), message)
         return
     yield from _check_choice(given, declared)
     yield from _check_range(given, declared)
@@ -69,7 +71,7 @@ def _check_choice(given: Any, declared: Any) -> Iterator[Finding]:
     text = given.getValueString()
     for choice in [text] if given.getType() == "string" else _listed(text):
         if choice not in allowed:
-            yield finding("DOC_INPUT_VALUE", location(given), f"'{choice}' is not one of {', '.join(allowed)}")
+            yield rules.DOC_INPUT_VALUE.at(location(given), f"'{choice}' is not one of {', '.join(allowed)}")
 
 
 def _listed(text: str) -> list[str]:
@@ -81,7 +83,7 @@ def _check_unit(given: Any, declared: Any) -> Iterator[Finding]:
     wanted, kind = declared.getUnitType(), given.getUnitType()
     if wanted and kind not in ("", wanted):
         message = f"'{given.getUnit()}' is a unit of {kind}, expected one of {wanted}"
-        yield finding("DOC_INPUT_VALUE", location(given), message)
+        yield rules.DOC_INPUT_VALUE.at(location(given), message)
 
 
 def _check_range(given: Any, declared: Any) -> Iterator[Finding]:
@@ -94,7 +96,7 @@ def _check_range(given: Any, declared: Any) -> Iterator[Finding]:
         if any(beyond(number, limit) != limit for number, limit in zip(found, bound, strict=False)):
             limit = declared.getAttribute(attribute)
             message = f"{given.getName()} = {given.getValueString()} is {word} the definition's {attribute} of {limit}"
-            yield finding("DOC_VALUE_RANGE", location(given), message)
+            yield rules.DOC_VALUE_RANGE.at(location(given), message)
 
 
 def _fault(kind: str, text: str, document: Any, inside: tuple[str, ...]) -> str:

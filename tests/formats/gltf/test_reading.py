@@ -131,7 +131,7 @@ def values_apart(surface_of, constants, points, imported, texels=((0, 0),)) -> f
 
 def test_every_texture_is_its_channel_times_its_factor_in_its_transfer(textured, read, surface_of, constants, points):
     imported = read(textured(with_textures(0)))
-    assert imported.remarks == []
+    assert imported.findings == []
     assert imported.document.validate() == (True, "")
     assert values_apart(surface_of, constants, points, imported, ALL) < CLOSE
 
@@ -337,7 +337,7 @@ def test_images_inside_of_an_asset_are_those_beside_it(glb, png, write_asset, tm
         path.write_text(json.dumps(data | view | ranges | {"buffers": [{"uri": "a%20b.bin", **size}]}))
     imported = read(path)
     (file,) = (e for e in imported.document.traverseTree() if e.getName() == "file")
-    assert imported.remarks == []
+    assert imported.findings == []
     assert imported.packed
     assert (imported.reach.folder / file.getValueString()).read_bytes() == content
     assert file.getValueString() == "a_mask_0.png"
@@ -375,9 +375,9 @@ LOSSES = [
 
 @pytest.mark.parametrize(("material", "place", "words"), LOSSES)
 def test_what_materialx_cannot_say_is_said(write_asset, read, material, place, words):
-    (remark,) = read(write_asset(materials=[material])).remarks
-    assert (remark.code, remark.place) == ("INTERCHANGE_LOST", f"/materials/0{place}")
-    assert words in remark.message
+    (finding,) = read(write_asset(materials=[material])).findings
+    assert (finding.code, finding.location) == ("INTERCHANGE_LOST", f"/materials/0{place}")
+    assert words in finding.message
 
 
 def test_vertex_colours_filters_and_required_extensions_are_said(png, write_asset, tmp_path, read):
@@ -395,7 +395,7 @@ def test_vertex_colours_filters_and_required_extensions_are_said(png, write_asse
             "KHR_materials_ior",
         ],
     )
-    found = {(remark.code, remark.place) for remark in read(path).remarks}
+    found = {(finding.code, finding.location) for finding in read(path).findings}
     assert found == {
         ("INTERCHANGE_INVALID", "/extensionsRequired/1"),
         ("INTERCHANGE_LOST", "/extensionsRequired/2"),
@@ -415,9 +415,9 @@ def test_vertex_colours_filters_and_required_extensions_are_said(png, write_asse
 )
 def test_retroreflection_that_is_hardly_seen_is_said(write_asset, read, material, is_faint):
     extensions = material.get("extensions", {}) | {"KHR_materials_retroreflection": {"retroreflectionFactor": 1.0}}
-    remarks = read(write_asset(materials=[material | {"extensions": extensions}])).remarks
-    assert [remark.code for remark in remarks] == (["RETRO_INVISIBLE"] if is_faint else [])
-    assert not is_faint or "specularColorFactor" in remarks[0].hint
+    findings = read(write_asset(materials=[material | {"extensions": extensions}])).findings
+    assert [finding.code for finding in findings] == (["RETRO_INVISIBLE"] if is_faint else [])
+    assert not is_faint or "specularColorFactor" in findings[0].hint
 
 
 def test_names_become_names_of_elements_once(write_asset, read):

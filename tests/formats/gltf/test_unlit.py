@@ -56,7 +56,7 @@ MODES = {
 def test_an_unlit_material_shows_its_base_colour_whatever_the_light(asset, read, surface_of, points, mode):
     material, opacity = MODES[mode]
     imported = read(asset(**material))
-    assert imported.remarks == []
+    assert imported.findings == []
     assert imported.document.validate() == (True, "")
     (node,) = [node for node in imported.document.getNodes() if node.getType() == "surfaceshader"]
     assert node.getCategory() == "surface_unlit"
@@ -143,9 +143,9 @@ def test_an_unlit_surface_that_gltf_cannot_say_is_named(make_document, library, 
     source = Imported(make_document(unlit(inputs, VARYING)), reach=Reach.only(tmp_path))
     with pytest.raises(NothingToWriteError) as caught:
         format_of(path).write(source, path, library)
-    (remark,) = caught.value.remarks
-    assert (remark.code, remark.place) == ("INTERCHANGE_LEFT_OUT", "/m")
-    assert reason in remark.message
+    (finding,) = caught.value.findings
+    assert (finding.code, finding.location) == ("INTERCHANGE_LEFT_OUT", "/m")
+    assert reason in finding.message
 
 
 TEXTURES = [

@@ -1,4 +1,4 @@
-"""Untrusted assets: each fault is a remark with its place, or an error that says why nothing is read."""
+"""Untrusted assets: each fault is a finding with its place, or an error that says why nothing is read."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import struct
 
 import pytest
 
-from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.formats import json_text
 from mrm_mtlx.formats.gltf import textures
 from mrm_mtlx.formats.gltf.importer import container
@@ -60,9 +60,9 @@ MATERIALS = [
 @pytest.mark.parametrize(("material", "place", "words"), MATERIALS)
 def test_a_material_that_breaks_the_rules_is_left_out_with_its_place(write_asset, read, material, place, words):
     imported = read(write_asset(materials=[material, {"name": "sound"}]))
-    (remark,) = imported.remarks
-    assert (remark.code, remark.place) == (INVALID, place)
-    assert words in remark.message
+    (finding,) = imported.findings
+    assert (finding.code, finding.location) == (INVALID, place)
+    assert words in finding.message
     assert [m.getName() for m in imported.document.getMaterialNodes()] == ["sound"]
 
 
@@ -169,9 +169,9 @@ def test_a_texture_that_cannot_be_had_is_a_remark_with_its_place(hostile_folder,
     path = hostile_folder / "model.gltf"
     path.write_text(json.dumps(data))
     imported = read(path)
-    (remark,) = imported.remarks
-    assert (remark.code, remark.place) == (code, place)
-    assert words in remark.message
+    (finding,) = imported.findings
+    assert (finding.code, finding.location) == (code, place)
+    assert words in finding.message
     assert len(imported.document.getMaterialNodes()) == 1
 
 
@@ -181,9 +181,9 @@ def test_an_image_that_may_not_be_read_is_a_remark_with_its_place(write_asset, p
     (tmp_path / "a.png").chmod(0)
     material = {"emissiveTexture": {"index": 0}}
     imported = read(write_asset(materials=[material], textures=[{"source": 0}], images=[{"uri": "a.png"}]))
-    (remark,) = imported.remarks
-    assert (remark.code, remark.place) == ("READ_FAILED", "/images/0/uri")
-    assert "a.png cannot be read" in remark.message
+    (finding,) = imported.findings
+    assert (finding.code, finding.location) == ("READ_FAILED", "/images/0/uri")
+    assert "a.png cannot be read" in finding.message
 
 
 def nested(depth: int) -> str:
@@ -215,10 +215,10 @@ TEXTS = [
 def test_a_file_that_is_no_asset_is_refused_with_the_reason(tmp_path, read, text, code, place, words):
     path = tmp_path / "model.gltf"
     path.write_bytes(text.encode("latin-1"))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         read(path)
-    assert caught.value.remark[:2] == (code, place)
-    assert words in caught.value.remark.message
+    assert caught.value.finding[:2] == (code, place)
+    assert words in caught.value.finding.message
 
 
 def chunked(*chunks: tuple[bytes, bytes], magic=b"glTF", version=2, length=None) -> bytes:
@@ -246,10 +246,10 @@ BINARIES = [
 def test_a_broken_glb_is_refused_with_the_reason(tmp_path, read, content, words):
     path = tmp_path / "model.glb"
     path.write_bytes(content)
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         read(path)
-    assert caught.value.remark.code == INVALID
-    assert words in caught.value.remark.message
+    assert caught.value.finding.code == INVALID
+    assert words in caught.value.finding.message
 
 
 def test_the_largest_whole_numbers_are_read(write_asset, read):
@@ -263,16 +263,16 @@ def test_large_files_are_refused_unread(tmp_path, read):
     path = tmp_path / "model.gltf"
     path.write_text("{")
     os.truncate(path, container.MAXIMUM_JSON_BYTES + 1)  # sparse: no disk is used
-    with pytest.raises(UnreadableError, match="MiB that are read") as caught:
+    with pytest.raises(ReadError, match="MiB that are read") as caught:
         read(path)
-    assert caught.value.remark.code == "READ_TOO_LARGE"
+    assert caught.value.finding.code == "READ_TOO_LARGE"
 
 
 def test_a_folder_and_a_pipe_are_refused(tmp_path, read):
     (tmp_path / "folder.gltf").mkdir()
     os.mkfifo(tmp_path / "pipe.gltf")
     for name in ("folder.gltf", "pipe.gltf", "none.gltf"):
-        with pytest.raises(UnreadableError, match="not a regular file"):
+        with pytest.raises(ReadError, match="not a regular file"):
             read(tmp_path / name)
 
 
@@ -290,15 +290,15 @@ def test_what_is_unpacked_is_bounded_and_one_image_is_unpacked_once(monkeypatch,
     path = tmp_path / "model.glb"
     path.write_bytes(glb(data, content))
     imported = read(path)
-    assert imported.remarks == []
+    assert imported.findings == []
     assert len(list(imported.reach.folder.iterdir())) == 2
     monkeypatch.setattr(textures, "MAXIMUM_UNPACKED_BYTES", len(content))
-    (remark,) = read(path).remarks
-    assert (remark.code, remark.place) == ("READ_TOO_LARGE", "/images/1")
+    (finding,) = read(path).findings
+    assert (finding.code, finding.location) == ("READ_TOO_LARGE", "/images/1")
 
 
 def test_many_materials_are_read_in_bounded_time_and_broken_ones_do_not_hide_the_others(write_asset, read):
     broken = {"pbrMetallicRoughness": {"metallicFactor": -1}}
     imported = read(write_asset(materials=[{}, broken] * 50))
-    assert len(imported.remarks) == 50
+    assert len(imported.findings) == 50
     assert len(imported.document.getMaterialNodes()) == 50

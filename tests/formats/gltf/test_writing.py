@@ -28,8 +28,8 @@ def written(library, tmp_path):
     def run(imported, name="out/model.gltf"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
-        remarks = GLTF.write(imported, path, library)
-        return open_container(path, Reach.beside(path)).data, remarks
+        findings = GLTF.write(imported, path, library)
+        return open_container(path, Reach.beside(path)).data, findings
 
     return run
 
@@ -206,9 +206,9 @@ def test_an_asset_comes_back_as_it_was(full, read, written, tmp_path, ordered, n
     if "few" in name:
         few(full)
     imported = read(full)
-    assert imported.remarks == []
-    data, remarks = written(imported, name)
-    assert remarks == []
+    assert imported.findings == []
+    data, findings = written(imported, name)
+    assert findings == []
     assert ordered(data) == ordered(json.loads(full.read_text()))
     again = read(tmp_path / name)
     files = [e for e in again.document.traverseTree() if e.getName() == "file"]
@@ -383,8 +383,8 @@ def images(png, tmp_path):
 @pytest.mark.parametrize("name", TEXTURED)
 def test_a_pattern_that_gltf_can_say_is_written_without_loss(images, imported, written, name):
     nodes, inputs = TEXTURED[name]
-    data, remarks = written(imported(model(inputs + number("roughness", 0.5) * ('"roughness"' not in inputs), nodes)))
-    assert remarks == []
+    data, findings = written(imported(model(inputs + number("roughness", 0.5) * ('"roughness"' not in inputs), nodes)))
+    assert findings == []
     assert len(data["textures"]) == 1
 
 
@@ -397,8 +397,8 @@ OF_GRAPH = '<input name="normal" type="vector3" nodegraph="g" output="o"/>'
 
 
 def test_a_normal_map_in_a_graph_with_an_interface_is_written(images, imported, written):
-    data, remarks = written(imported(model(number("roughness", 0.5) + OF_GRAPH, GRAPH)))
-    assert remarks == []
+    data, findings = written(imported(model(number("roughness", 0.5) + OF_GRAPH, GRAPH)))
+    assert findings == []
     assert data["materials"][0]["normalTexture"] == {"index": 0}
 
 
@@ -426,8 +426,8 @@ def test_what_an_interface_is_connected_to_is_written(imported, written, name):
     graph = THROUGH.format(given=f'type="float" {given}')
     of_graph = '<input name="roughness" type="float" nodegraph="g" output="o"/>'
     source = imported(model(of_graph + number("metallic", 1.0), nodes + graph))
-    data, remarks = written(source)
-    assert remarks == []
+    data, findings = written(source)
+    assert findings == []
     assert data["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] == roughness
 
 
@@ -441,8 +441,8 @@ def test_an_image_through_an_interface_has_the_colour_space_that_is_said_there_o
         '<output name="o" type="color3" nodename="n"/></nodegraph>'
     )
     source = imported(model('<input name="emissive" type="color3" nodegraph="g" output="o"/>', graph))
-    _, remarks = written(source)
-    assert remarks == []
+    _, findings = written(source)
+    assert findings == []
     at = points([[0.25, 0.25], [0.75, 0.75]])
     before = emitted(surface_of(source), at)
     # What is not sRGB is written in 16 bits.
@@ -462,8 +462,8 @@ def test_a_colour_through_an_interface_is_in_the_space_that_is_said_there_or_whe
         '<output name="o" type="color3" nodename="n"/></nodegraph>'
     )
     source = imported(model('<input name="emissive" type="color3" nodegraph="g" output="o"/>', graph))
-    data, remarks = written(source)
-    assert remarks == []
+    data, findings = written(source)
+    assert findings == []
     assert (data["materials"][0]["emissiveFactor"] == [0.5, 0.25, 0.75]) != is_encoded
     at = points([[0.5, 0.5]])
     again = read(tmp_path / "out/model.gltf")
@@ -497,9 +497,9 @@ def test_other_surface_models_are_translated_with_their_retroreflectivity_and_wh
     images, imported, written, name
 ):
     nodes = image() + f'<{name} name="s" type="surfaceshader">{MODELS[name]}</{name}>'
-    data, (remark,) = written(imported(shown(nodes)))
-    assert "differ by up to" in remark.message
-    assert float(remark.message.split()[-5]) < 5.0  # percent, in the mean: another diffuse and another Fresnel term
+    data, (finding,) = written(imported(shown(nodes)))
+    assert "differ by up to" in finding.message
+    assert float(finding.message.split()[-5]) < 5.0  # percent, in the mean: another diffuse and another Fresnel term
     (material,) = data["materials"]
     assert material["pbrMetallicRoughness"] == {
         "baseColorTexture": {"index": 0},
@@ -528,7 +528,7 @@ def test_the_normals_of_another_surface_model_are_written(images, imported, writ
 def test_a_surface_model_without_a_translation_is_left_out(imported, written):
     with pytest.raises(NothingToWriteError) as caught:
         written(imported(shown('<disney_principled name="s" type="surfaceshader"/>')))
-    assert "disney_principled is another surface model" in caught.value.remarks[0].message
+    assert "disney_principled is another surface model" in caught.value.findings[0].message
 
 
 LOST = {
@@ -605,17 +605,17 @@ LOST = {
 @pytest.mark.parametrize("name", LOST)
 def test_what_gltf_cannot_say_is_said_and_the_rest_is_written(images, imported, written, name):
     nodes, inputs, place, words = LOST[name]
-    data, remarks = written(imported(model(inputs + number("thickness", 0.5), nodes)))
-    first = remarks[0]
-    assert (first.code, first.place) == ("INTERCHANGE_LOST", place)
+    data, findings = written(imported(model(inputs + number("thickness", 0.5), nodes)))
+    first = findings[0]
+    assert (first.code, first.location) == ("INTERCHANGE_LOST", place)
     assert words in first.message
     assert data["materials"][0]["extensions"]["KHR_materials_volume"] == {"thicknessFactor": 0.5}
 
 
 def test_what_is_seen_through_a_material_is_compared(imported, written):
     inputs = number("transmission", 1.0) + number("metallic", 0.0) + connected("base_color", "color3")
-    _, remarks = written(imported(model(inputs, '<noise2d name="i" type="color3"/>')))
-    lost, apart = (remark.message for remark in remarks)
+    _, findings = written(imported(model(inputs, '<noise2d name="i" type="color3"/>')))
+    lost, apart = (finding.message for finding in findings)
     assert "noise2d, which has no form" in lost
     assert "its values differ by up to" in apart  # the base colour shows in what is transmitted alone
 
@@ -627,25 +627,25 @@ def test_a_material_that_the_reference_does_not_know_is_written_and_said_not_to_
         raise UnsupportedError(["ND_thing"])
 
     monkeypatch.setattr(comparison, "difference", unknown)
-    _, remarks = written(imported(model(number("roughness", 0.5))))
-    assert [r.message for r in remarks] == ["it was written and not compared: the reference does not know ND_thing"]
+    _, findings = written(imported(model(number("roughness", 0.5))))
+    assert [r.message for r in findings] == ["it was written and not compared: the reference does not know ND_thing"]
 
 
 def test_an_image_of_more_pixels_than_are_looked_into_is_said(images, imported, written, monkeypatch):
     monkeypatch.setattr(slots, "MAXIMUM_PIXELS", 3)
     nodes, inputs = image("float", "b.png", ""), connected("metallic", "float")
-    _, remarks = written(imported(model(inputs, nodes)))
-    assert (remarks[0].code, remarks[0].place) == ("INTERCHANGE_LOST", "/m/metallic")
-    assert "b.png has" in remarks[0].message
-    assert "more than are converted" in remarks[0].message
+    _, findings = written(imported(model(inputs, nodes)))
+    assert (findings[0].code, findings[0].location) == ("INTERCHANGE_LOST", "/m/metallic")
+    assert "b.png has" in findings[0].message
+    assert "more than are converted" in findings[0].message
 
 
 @pytest.mark.parametrize(("number_of", "mode"), [(0, None), (1, "MASK"), (2, "BLEND"), (7, "BLEND"), (-1, "BLEND")])
 def test_an_alpha_mode_is_what_the_graph_of_gltf_pbr_makes_of_its_number(imported, written, number_of, mode):
     given = f'<input name="alpha_mode" type="integer" value="{number_of}"/>' + number("alpha", 0.25)
-    data, remarks = written(imported(model(given + number("alpha_cutoff", 0.5))))
+    data, findings = written(imported(model(given + number("alpha_cutoff", 0.5))))
     assert data["materials"][0].get("alphaMode") == mode
-    assert remarks == []
+    assert findings == []
 
 
 HUGE = color("emissive", 3e38, 1, 1) + number("emissive_strength", 1e10)
@@ -656,21 +656,21 @@ DIVIDED = f'<divide name="d" type="float">{number("in1", 0.5)}{number("in2", 0.0
 def test_a_number_that_is_not_finite_leaves_the_material_out(imported, written, tmp_path, parts):
     with pytest.raises(NothingToWriteError) as caught:
         written(imported(model(*parts)))
-    assert "one of its numbers is inf" in caught.value.remarks[0].message
+    assert "one of its numbers is inf" in caught.value.findings[0].message
     assert list((tmp_path / "out").iterdir()) == []
 
 
 def test_a_made_image_of_a_material_with_a_long_name_has_a_shorter_one(images, imported, written):
     nodes, inputs = TEXTURED["numbers of two images in one texture"]
     elements = model(inputs, nodes).replace('name="m"', f'name="{"m" * 500}"')
-    data, remarks = written(imported(elements))
-    assert remarks == []
+    data, findings = written(imported(elements))
+    assert findings == []
     assert data["images"][0]["name"] == "m" * 100 + "_metallicRoughnessTexture.png"
 
 
 def test_emission_beyond_one_is_a_matter_of_its_strength(imported, written):
-    data, remarks = written(imported(model(color("emissive", 4.0, 2.0, 1.0) + number("emissive_strength", 3.0))))
-    assert remarks == []
+    data, findings = written(imported(model(color("emissive", 4.0, 2.0, 1.0) + number("emissive_strength", 3.0))))
+    assert findings == []
     assert data["materials"][0]["emissiveFactor"] == [1.0, 0.5, 0.25]
     assert data["materials"][0]["extensions"]["KHR_materials_emissive_strength"] == {"emissiveStrength": 12.0}
 
@@ -750,9 +750,9 @@ def numbers_of(material: dict) -> dict:
 @pytest.mark.parametrize("name", EXACT)
 def test_surfaces_of_closures_that_gltf_has_are_written_exactly(imported, written, name):
     nodes, expected = EXACT[name]
-    data, remarks = written(imported(closure(nodes)))
+    data, findings = written(imported(closure(nodes)))
     # Sheen of a colour is not a colour of sheen: gltf_pbr's weight is the largest component.
-    assert [r.message for r in remarks] == ([] if name != "sheen over metal" else [remarks[0].message])
+    assert [r.message for r in findings] == ([] if name != "sheen over metal" else [findings[0].message])
     numbers = numbers_of(data["materials"][0])
     assert {key: numbers[key] for key in expected} == expected
 
@@ -762,10 +762,10 @@ def test_a_complex_index_is_an_approximation_and_its_error_is_said(imported, wri
         '<input name="ior" type="color3" value="0.18, 0.42, 1.37"/>'
         '<input name="extinction" type="color3" value="3.42, 2.35, 1.77"/>'
     )
-    data, remarks = written(imported(closure(bsdf("conductor_bsdf", "bsdf", gold + WIDTH + FLAG))))
-    (remark,) = remarks
-    assert remark.code == "INTERCHANGE_LOST"
-    assert "differ by up to" in remark.message
+    data, findings = written(imported(closure(bsdf("conductor_bsdf", "bsdf", gold + WIDTH + FLAG))))
+    (finding,) = findings
+    assert finding.code == "INTERCHANGE_LOST"
+    assert "differ by up to" in finding.message
     # Fresnel at normal incidence of red, ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2): 12.3688 / 13.0888.
     assert data["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][0] == pytest.approx(0.944985, rel=1e-5)
 
@@ -808,17 +808,17 @@ def test_a_material_without_a_form_is_left_out_and_nothing_is_written(imported, 
     nodes, words = IMPOSSIBLE[name]
     with pytest.raises(NothingToWriteError) as caught:
         written(imported(closure(nodes)))
-    (remark,) = caught.value.remarks
-    assert (remark.code, remark.place) == ("INTERCHANGE_LEFT_OUT", "/m")
-    assert words in remark.message
+    (finding,) = caught.value.findings
+    assert (finding.code, finding.location) == ("INTERCHANGE_LEFT_OUT", "/m")
+    assert words in finding.message
     assert list((tmp_path / "out").iterdir()) == []
 
 
 def test_of_two_materials_the_one_that_has_a_form_is_written(imported, written):
     other = model(number("metallic", 1.0)).replace('"s"', '"t"').replace('"m"', '"good"')
-    data, remarks = written(imported(closure(bsdf("translucent_bsdf", "bsdf", "")) + other))
+    data, findings = written(imported(closure(bsdf("translucent_bsdf", "bsdf", "")) + other))
     assert [material["name"] for material in data["materials"]] == ["good"]
-    assert [remark.code for remark in remarks] == ["INTERCHANGE_LEFT_OUT"]
+    assert [finding.code for finding in findings] == ["INTERCHANGE_LEFT_OUT"]
 
 
 @pytest.mark.parametrize("wrong", ["reflectance", "channel"])
@@ -829,11 +829,11 @@ def test_a_wrong_mapping_is_seen_by_its_values(monkeypatch, images, imported, wr
     if wrong == "channel":
         composed = "mrm_mtlx.formats.gltf.exporter.slots._composed"
         monkeypatch.setattr(composed, lambda _, loaded: next(iter(loaded.values()))[..., :3])
-        _, remarks = written(imported(model(inputs + number("roughness", 0.5), nodes)))
+        _, findings = written(imported(model(inputs + number("roughness", 0.5), nodes)))
     else:
-        _, remarks = written(imported(closure(EXACT["beads over paint"][0])))
-    (remark,) = remarks
-    assert "its values differ by up to" in remark.message
+        _, findings = written(imported(closure(EXACT["beads over paint"][0])))
+    (finding,) = findings
+    assert "its values differ by up to" in finding.message
 
 
 def test_values_that_are_equal_are_not_apart_and_others_are(make_document):

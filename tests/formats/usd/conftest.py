@@ -69,11 +69,11 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
         source = document
         if not isinstance(document, Imported):
             source = Imported(document, reach=Reach.only(tmp_path))
-        remarks = format_of(tmp_path / name).write(source, tmp_path / name, library)
+        findings = format_of(tmp_path / name).write(source, tmp_path / name, library)
         if lost is None:
-            assert remarks == []
+            assert findings == []
         else:
-            lost += remarks
+            lost += findings
         return tmp_path / name
 
     return run

@@ -66,7 +66,7 @@ def document(tmp_path):
 def test_the_materials_of_a_document_are_those_of_the_stage(document, stage_of):
     document()
     read = stage_of(BOUND.format(over=""))
-    assert read.remarks == []  # also of the binding
+    assert read.findings == []  # also of the binding
     assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/Looks/Red"]
     assert read.document.validate() == (True, "")
     node = read.document.getNode("ss")
@@ -119,9 +119,9 @@ def test_a_document_in_a_package_is_read(document, stage_of, tmp_path):
 
 def test_what_lies_beside_the_materials_is_named(document, stage_of):
     document()
-    (remark,) = stage_of('def "M" (\n references = @./mats/m.mtlx@</MaterialX/Looks>\n) {\n}\n').remarks
-    assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/M")
-    assert "of 'm.mtlx', /MaterialX/Looks is not read" in remark.message
+    (finding,) = stage_of('def "M" (\n references = @./mats/m.mtlx@</MaterialX/Looks>\n) {\n}\n').findings
+    assert (finding.code, finding.location) == ("INTERCHANGE_LOST", "/M")
+    assert "of 'm.mtlx', /MaterialX/Looks is not read" in finding.message
 
 
 WRONG = {
@@ -156,18 +156,18 @@ def test_a_document_that_is_a_pipe_is_told(stage_of, tmp_path):
         pytest.skip("there are no pipes")
     (tmp_path / "mats").mkdir()
     os.mkfifo(tmp_path / "mats" / "m.mtlx")
-    remarks = stage_of(BOUND.format(over="")).remarks
-    assert [(remark.code, remark.place) for remark in remarks] == [("USD_MISSING", "/Looks")]
+    findings = stage_of(BOUND.format(over="")).findings
+    assert [(finding.code, finding.location) for finding in findings] == [("USD_MISSING", "/Looks")]
 
 
 def test_a_document_outside_is_refused(usda, stage_of, tmp_path):
-    from mrm_mtlx.documents.document import UnreadableError
+    from mrm_mtlx.documents.document import ReadError
 
     (tmp_path / "m.mtlx").write_text(DOCUMENT.format(more="", attributes=""))
     (tmp_path / "in").mkdir()
     path = tmp_path / "in" / "s.usda"
     Sdf.Layer.CreateNew(str(path)).Save()
     path.write_text('#usda 1.0\ndef "X" (\n references = @../m.mtlx@</MaterialX>\n) {\n}\n')
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         stage_of(path)
-    assert caught.value.remark.code == "READ_OUTSIDE"
+    assert caught.value.finding.code == "READ_OUTSIDE"

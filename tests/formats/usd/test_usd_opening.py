@@ -8,7 +8,7 @@ import zipfile
 import pytest
 from pxr import Sdf
 
-from mrm_mtlx.documents.document import UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.usd.opening import layers, packages, stage, weighing
@@ -102,14 +102,14 @@ def test_what_cannot_be_read_is_told(stage_of, tmp_path, case):
         else:
             path.write_text(text, encoding="latin-1")
     first = tmp_path / "in" / next(iter(files))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         stage_of(first)
-    remark = caught.value.remark
-    assert remark.code == code
-    assert remark.place.startswith(place)
-    assert message in remark.message
-    assert str(tmp_path) not in remark.message
-    assert "\n" not in remark.message
+    finding = caught.value.finding
+    assert finding.code == code
+    assert finding.location.startswith(place)
+    assert message in finding.message
+    assert str(tmp_path) not in finding.message
+    assert "\n" not in finding.message
 
 
 MISSING = {
@@ -134,12 +134,12 @@ def test_a_missing_layer_is_told_and_leaves_the_materials_that_do_not_depend_on_
     text, place = case
     path = usda(text + MATERIAL.format(arcs=""), head="")
     read = stage_of(path)
-    (remark,) = [remark for remark in read.remarks if remark.code == "USD_MISSING"]
+    (finding,) = [finding for finding in read.findings if finding.code == "USD_MISSING"]
     name = "gone.usdz[a.usda]" if "usdz" in text else "gone.usda"
-    assert remark.place == place
-    assert remark.message.removeprefix("the file './").removeprefix("the file '").startswith(f"{name}' does not exist")
+    assert finding.location == place
+    assert finding.message.removeprefix("the file './").removeprefix("the file '").startswith(f"{name}' does not exist")
     assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/M"]
-    assert not any("gone" in remark.message for remark in read.remarks if remark.code != "USD_MISSING")
+    assert not any("gone" in finding.message for finding in read.findings if finding.code != "USD_MISSING")
 
 
 @pytest.mark.parametrize(
@@ -156,8 +156,10 @@ def test_a_material_that_depends_on_a_missing_layer_is_left_out_by_name(stage_of
     other = MATERIAL.format(arcs="").replace('"M"', '"N"').replace("</M/", "</N/")
     read = stage_of(prims + other)
     assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/N"]
-    left = [remark for remark in read.remarks if remark.code == "USD_MISSING" and "it is not checked" in remark.message]
-    assert [(remark.place, "'./gone.usda'" in remark.message) for remark in left] == [
+    left = [
+        finding for finding in read.findings if finding.code == "USD_MISSING" and "it is not checked" in finding.message
+    ]
+    assert [(finding.location, "'./gone.usda'" in finding.message) for finding in left] == [
         ("/R/M" if '"R"' in prims else "/M", True)
     ]
 
@@ -173,9 +175,9 @@ def test_what_is_not_closed_is_scanned_once(opening_sign):
 
 def test_a_circle_of_references_is_told_and_the_rest_is_read(stage_of, usda):
     usda('def "B" {\n def "C" (\n references = @./stage.usda@</A>\n ) {\n }\n}\n', "b.usda")
-    (remark,) = stage_of('def "M" {\n}\ndef "A" (\n references = @./b.usda@</B>\n) {\n}\n').remarks
-    assert (remark.code, remark.place) == ("READ_INCLUDE", "/A/C")
-    assert remark.message.startswith("Cycle detected: @stage.usda@</A/C> references: @b.usda@</B/C>")
+    (finding,) = stage_of('def "M" {\n}\ndef "A" (\n references = @./b.usda@</B>\n) {\n}\n').findings
+    assert (finding.code, finding.location) == ("READ_INCLUDE", "/A/C")
+    assert finding.message.startswith("Cycle detected: @stage.usda@</A/C> references: @b.usda@</B/C>")
 
 
 def test_bounds_are_those_that_are_stated(usda, stage_of, monkeypatch):
@@ -187,7 +189,7 @@ def test_bounds_are_those_that_are_stated(usda, stage_of, monkeypatch):
             patch.setattr(stage, name, enough)
             stage_of(path)
             patch.setattr(stage, name, enough - 1)
-            with pytest.raises(UnreadableError, match="the stage consists of more than"):
+            with pytest.raises(ReadError, match="the stage consists of more than"):
                 stage_of(path)
 
 
@@ -200,23 +202,23 @@ def test_the_weight_of_a_stage_counts_what_is_shared_once(usda, stage_of, monkey
         monkeypatch.setattr(weighing, "MAXIMUM_PRIMS", weight)
         stage_of(path)
         monkeypatch.setattr(weighing, "MAXIMUM_PRIMS", weight - 1)
-        with pytest.raises(UnreadableError, match="multiply to more than"):
+        with pytest.raises(ReadError, match="multiply to more than"):
             stage_of(path)
 
 
 def test_other_formats_are_named_and_not_opened(stage_of, tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0")
-    (remark,) = stage_of('def "M" (\n references = @./a.obj@\n) {\n}\n').remarks
-    assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/M")
-    assert "'./a.obj' is no file of USD" in remark.message
+    (finding,) = stage_of('def "M" (\n references = @./a.obj@\n) {\n}\n').findings
+    assert (finding.code, finding.location) == ("INTERCHANGE_LOST", "/M")
+    assert "'./a.obj' is no file of USD" in finding.message
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
 def test_a_pipe_is_not_waited_for(stage_of, tmp_path):
     os.mkfifo(tmp_path / "p.usda")
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         stage_of(tmp_path / "p.usda")
-    assert caught.value.remark.code == "READ_FAILED"
+    assert caught.value.finding.code == "READ_FAILED"
 
 
 def test_a_link_that_leads_out_is_not_followed(stage_of, tmp_path):
@@ -225,14 +227,14 @@ def test_a_link_that_leads_out_is_not_followed(stage_of, tmp_path):
     (tmp_path / "in" / "b.usda").symlink_to(tmp_path / "secret.usda")
     path = tmp_path / "in" / "s.usda"
     path.write_text(layered("./b.usda"))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         stage_of(path)
-    assert caught.value.remark.code == "READ_OUTSIDE"
+    assert caught.value.finding.code == "READ_OUTSIDE"
 
 
 def test_a_file_that_changed_while_another_holds_it_is_read_anew(usda, stage_of):
     held = Sdf.Layer.FindOrOpen(str(usda('def Material "M" {\n token outputs:mtlx:surface\n}\n').resolve()))
-    assert [r.code for r in stage_of(usda('def "M" {\n}\n')).remarks] == []
+    assert [r.code for r in stage_of(usda('def "M" {\n}\n')).findings] == []
     assert held.GetPrimAtPath("/M").typeName == "Material"  # what another has open is left as it is
 
 
@@ -254,16 +256,16 @@ def test_a_package_is_unpacked_within_bounds(stage_of, tmp_path, monkeypatch):
             patch.setattr(packages, name, enough)
             stage_of(path)
             patch.setattr(packages, name, enough - 1)
-            with pytest.raises(UnreadableError, match="the package holds 3 files"):
+            with pytest.raises(ReadError, match="the package holds 3 files"):
                 stage_of(path)
 
 
 @pytest.mark.parametrize(("names", "reason"), [(["."], "Is a directory"), (["a", "a/b"], "File exists")])
 def test_a_package_with_names_that_no_folder_holds_is_refused_without_a_path(stage_of, tmp_path, names, reason):
     path = package(tmp_path / "p.usdz", **{"s.usda": EMPTY}, **dict.fromkeys(names, b"x"))
-    with pytest.raises(UnreadableError) as caught:
+    with pytest.raises(ReadError) as caught:
         stage_of(path)
-    assert caught.value.remark.message == f"the package p.usdz cannot be unpacked: {reason}"
+    assert caught.value.finding.message == f"the package p.usdz cannot be unpacked: {reason}"
 
 
 def test_an_image_of_a_package_that_a_stage_refers_to_is_read(stage_of, usda, tmp_path):
@@ -274,7 +276,7 @@ def test_an_image_of_a_package_that_a_stage_refers_to_is_read(stage_of, usda, tm
     name = read.document.getNode("i").getInput("file").getValueString()
     assert name == "p.usdz.0/tex/a.png"
     assert read.reach.regular(name).read_bytes() == b"picture"
-    assert not [remark for remark in read.remarks if not remark.code.startswith("USD_")]
+    assert not [finding for finding in read.findings if not finding.code.startswith("USD_")]
 
 
 def test_layers_are_looked_for_in_further_folders_that_may_be_read(usda, library, tmp_path):

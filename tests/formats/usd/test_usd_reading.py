@@ -55,7 +55,7 @@ def value(imported, node, name):
 
 def test_a_document_says_where_its_elements_come_from(material):
     read = material(conductor="float2 inputs:roughness = (0.1, 0.2)")
-    assert read.remarks == []
+    assert read.findings == []
     assert read.document.validate()[0]
     assert value(read, "c", "roughness") == ("vector2", "0.1, 0.2", "")
     assert read.places == {
@@ -78,7 +78,7 @@ def test_values_come_through_the_interface_of_a_material(material):
     )
     assert value(read, "c", "ior") == ("color3", "0.5, 0.25, 0.125", "srgb_texture")
     assert value(read, "c", "retroreflective") == ("boolean", "true", "")
-    assert read.remarks == []
+    assert read.findings == []
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_values_keep_type_and_number(material, kind, node, name, text, expected)
     parts = {"conductor": line} if node == "c" else {"more": shaders.format(node, ids[node], line)}
     read = material(**parts)
     assert value(read, node, name) == expected
-    assert read.remarks == []
+    assert read.findings == []
 
 
 GRAPH = """
@@ -175,7 +175,7 @@ def test_a_definition_is_named_only_where_another_would_be_found(material):
 def test_a_stage_without_a_network_of_materialx_has_no_material(stage_of):
     preview = 'def Shader "p" {\n uniform token info:id = "UsdPreviewSurface"\n token outputs:surface\n }'
     read = stage_of(f'def Material "M" {{\n token outputs:surface.connect = </M/p.outputs:surface>\n {preview}\n }}\n')
-    assert (read.document.getChildren(), read.remarks) == ([], [])
+    assert (read.document.getChildren(), read.findings) == ([], [])
 
 
 def test_a_network_may_stand_in_the_universal_output(stage_of):
@@ -231,9 +231,9 @@ WRONG = {
 @pytest.mark.parametrize("parts", WRONG.values(), ids=WRONG.keys())
 def test_what_is_wrong_is_told_with_its_place(material, parts):
     filled, (code, place, message) = parts
-    (remark,) = [remark for remark in material(**filled).remarks if not remark.code.startswith("USD_")]
-    assert (remark.code, remark.place) == (code, place)
-    assert message in remark.message
+    (finding,) = [finding for finding in material(**filled).findings if not finding.code.startswith("USD_")]
+    assert (finding.code, finding.location) == (code, place)
+    assert message in finding.message
 
 
 FOUND = {
@@ -357,8 +357,8 @@ def test_a_variant_above_a_material_counts_and_their_number_is_bounded(stage_of,
     monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 0)
     read = stage_of(prims)
     assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M"]
-    (remark,) = [remark for remark in read.remarks if not remark.code.startswith("USD_")]
-    assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/X")
+    (finding,) = [finding for finding in read.findings if not finding.code.startswith("USD_")]
+    assert (finding.code, finding.location) == ("INTERCHANGE_LOST", "/X")
 
 
 def test_a_variant_is_looked_at_with_the_other_sets_as_they_are(stage_of):
@@ -374,16 +374,16 @@ def test_what_cannot_be_composed_of_a_variant_is_told_and_not_printed(stage_of, 
     )
     variants = f'variantSet "v" = {{\n "a" {{\n }}\n "b" {{\n{broken} }}\n "c" {{\n }}\n }}\n'
     prims = 'def "X" (\n variants = {\n string v = "a"\n }\n prepend variantSets = "v"\n) {\n' + variants + "}\n"
-    remarks = stage_of('def "M" {\n}\n' + prims).remarks
-    assert sorted((r.code, r.place, r.message.split(":")[0]) for r in remarks) == [
+    findings = stage_of('def "M" {\n}\n' + prims).findings
+    assert sorted((r.code, r.location, r.message.split(":")[0]) for r in findings) == [
         ("READ_INCLUDE", "/X{v=b}", "/X/Y"),
         ("USD_VALIDATOR", "/X{v=b}", "/X/Z"),
     ]
     assert capfd.readouterr() == ("", "")
     # What cannot be composed without a variant is not told of each of them.
-    always = stage_of('def "W" (\n references = </no>\n) {\n}\n' + prims).remarks
-    assert "/W" in {r.place for r in always}
-    assert {r for r in always if r.place.startswith("/X")} == set(remarks)
+    always = stage_of('def "W" (\n references = </no>\n) {\n}\n' + prims).findings
+    assert "/W" in {r.location for r in always}
+    assert {r for r in always if r.location.startswith("/X")} == set(findings)
 
 
 def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, monkeypatch):
@@ -391,7 +391,7 @@ def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, m
     prims = asset + "".join(f'def "i{k}" (\n references = </X>\n)\n{{\n}}\n' for k in range(5))
     monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 2)  # as many as one of them has beside the selected
     read = stage_of(prims)
-    assert [remark for remark in read.remarks if not remark.code.startswith("USD_")] == []
+    assert [finding for finding in read.findings if not finding.code.startswith("USD_")] == []
     places = [read.places[n.getName()] for n in read.document.getMaterialNodes()]
     assert places == ["/X/M", *(f"/i{k}/M" for k in range(5)), "/X{v=b}M"]
 
@@ -421,19 +421,19 @@ def test_a_default_colour_space_of_the_layer_counts(usda, stage_of):
 
 def test_the_noise_of_usds_validators_is_left_out_for_known_ids_alone(stage_of, monkeypatch):
     text = MATERIAL.format(**BARE)
-    assert stage_of(text).remarks == []
-    unknown = stage_of(text.replace("ND_conductor_bsdf", "ND_x")).remarks
-    assert [(r.code, r.place, r.message.split(":")[1]) for r in unknown] == [
+    assert stage_of(text).findings == []
+    unknown = stage_of(text.replace("ND_conductor_bsdf", "ND_x")).findings
+    assert [(r.code, r.location, r.message.split(":")[1]) for r in unknown] == [
         ("USD_VALIDATOR", "/M/c.info:id", "ShaderSdrCompliance.MissingShaderIdInRegistry")
     ]
     monkeypatch.setattr(validators, "NOISE", "")
-    assert {r.place for r in stage_of(text).remarks} == {"/M/s.info:id", "/M/c.info:id"}
+    assert {r.location for r in stage_of(text).findings} == {"/M/s.info:id", "/M/c.info:id"}
 
 
 def test_validators_findings_of_one_kind_are_bounded(stage_of):
     shaders = "".join(
         f'    def Shader "x{k}"\n    {{\n        uniform token info:id = "nobody"\n    }}\n' for k in range(30)
     )
-    remarks = stage_of(MATERIAL.format(**BARE | {"more": shaders})).remarks
-    assert len(remarks) == validators.MAXIMUM_OF_A_KIND + 1
-    assert remarks[-1].message.endswith(": 20 more of the same")
+    findings = stage_of(MATERIAL.format(**BARE | {"more": shaders})).findings
+    assert len(findings) == validators.MAXIMUM_OF_A_KIND + 1
+    assert findings[-1].message.endswith(": 20 more of the same")

@@ -96,7 +96,7 @@ def test_nodes_of_1_38_become_those_of_today(network, case, version):
         assert {given.getName() for given in nodes[name].getInputs()} == inputs
         assert read.places[name] == "/M/w"  # also of what is new
     assert read.document.validate() == (True, "")
-    assert read.remarks == []
+    assert read.findings == []
 
 
 @pytest.mark.parametrize("case", UPGRADED.values(), ids=UPGRADED.keys())
@@ -152,9 +152,9 @@ def test_nodes_of_1_38_are_unknown_in_a_network_of_a_later_version(usda, version
 
 
 def test_a_version_that_is_none_is_told(network):
-    (remark,) = network("", "", STATED.format("latest")).remarks
-    assert (remark.code, remark.place) == ("INTERCHANGE_LOST", "/M")
-    assert "its version of MaterialX is 'latest'" in remark.message
+    (finding,) = network("", "", STATED.format("latest")).findings
+    assert (finding.code, finding.location) == ("INTERCHANGE_LOST", "/M")
+    assert "its version of MaterialX is 'latest'" in finding.message
 
 
 def test_materials_of_several_versions_are_upgraded_each_by_its_own(stage_of):
@@ -196,7 +196,7 @@ def test_graphs_are_upgraded_inside(stage_of):
 
 def test_what_the_validators_say_of_nodes_of_1_38_is_noise(stage_of, network):
     read = network(NORMAL, SHADER.format("w", "ND_normalmap", "vector3f inputs:in = (0, 0, 1)"))
-    assert [remark for remark in read.remarks if remark.code.startswith("USD_")] == []
+    assert [finding for finding in read.findings if finding.code.startswith("USD_")] == []
 
 
 @pytest.mark.parametrize(

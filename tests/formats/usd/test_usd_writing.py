@@ -76,7 +76,7 @@ def test_a_stage_is_complete_and_its_bytes_are_always_the_same(surface_document,
     surface, output, _ = material.ComputeSurfaceSource("mtlx")
     assert (surface.GetPath(), output) == ("/Materials/m/s", "surface")
     # USD's own validators have nothing to say but what is filtered.
-    assert stage_of(path).remarks == []
+    assert stage_of(path).findings == []
 
 
 @pytest.mark.parametrize(
@@ -180,8 +180,8 @@ def test_what_has_no_form_is_named_once_each(make_document, written):
         '<nodedef name="ND_own" node="own"><output name="out" type="float" /></nodedef>'
     )
     written(document, lost=lost)
-    assert {remark.code for remark in lost} == {"INTERCHANGE_LOST"}
-    assert [remark.place for remark in lost] == ["/m/backsurfaceshader", "/t", "/alone", "/looks", "/ND_own"]
+    assert {finding.code for finding in lost} == {"INTERCHANGE_LOST"}
+    assert [finding.location for finding in lost] == ["/m/backsurfaceshader", "/t", "/alone", "/looks", "/ND_own"]
 
 
 def test_a_definition_in_source_code_is_named(make_document, written):
@@ -192,7 +192,7 @@ def test_a_definition_in_source_code_is_named(make_document, written):
         '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="o" /></surface>' + USE
     )
     text = written(document, lost=lost).read_text(encoding="utf-8")
-    assert [remark.place for remark in lost] == ["/ND_own", "/IM_own"]
+    assert [finding.location for finding in lost] == ["/ND_own", "/IM_own"]
     assert 'info:id = "ND_own"' in text
 
 

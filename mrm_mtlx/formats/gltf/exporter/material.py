@@ -277,7 +277,7 @@ class Material:
         if not extensions:
             self.data.pop("extensions", None)
         for problem in problems("material", self.data, ""):
-            self._bring_into_range(problem.place, problem.message)
+            self._bring_into_range(problem.location, problem.message)
 
     def _bring_into_range(self, place: str, message: str) -> None:
         keys = place.split("/")[1:]

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
-from mrm_mtlx.documents.document import NothingToWriteError, Remark
+from mrm_mtlx.documents.document import NothingToWriteError
 from mrm_mtlx.documents.document_images import ImagesTooLargeError
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.gltf.exporter import comparison
 from mrm_mtlx.formats.gltf.exporter.asset import Asset
 from mrm_mtlx.formats.gltf.exporter.interfaces import resolved
@@ -24,9 +25,10 @@ from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
-LEFT_OUT = "INTERCHANGE_LEFT_OUT"
+LEFT_OUT = rules.INTERCHANGE_LEFT_OUT
 
 
 def names(path: Path) -> list[str]:
@@ -34,7 +36,7 @@ def names(path: Path) -> list[str]:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it is none.
     """
     data = open_container(path, Reach.beside(path)).data
@@ -42,11 +44,11 @@ def names(path: Path) -> list[str]:
     return [unquote(uri) for uri in uris if isinstance(uri, str) and not is_data(uri)]
 
 
-def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:
+def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
     """Write a document as .gltf or .glb, into a set of files; see `formats.registry`.
 
     A material that glTF cannot say is left out. What was written is read back, and how far it is from the document is
-    a remark where it is more than rounding.
+    a found where it is more than rounding.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
     """
     document = resolved(source.document)
     images, asset = Images(source, path), Asset()
-    remarks: list[Remark] = []
+    findings: list[Finding] = []
     written = []
     for element in renderable_elements(document):
         place = f"/{element.getNamePath()}"
@@ -65,21 +67,21 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
         try:
             material = Material(element, asset, images)
         except InexpressibleError as error:
-            remarks.append(Remark(LEFT_OUT, place, f"glTF has no form for it: {error}"))
+            findings.append(LEFT_OUT.at(place, f"glTF has no form for it: {error}"))
             continue
-        remarks += [Remark(LOST, f"{place}{where}", message) for where, message in material.losses]
+        findings += [LOST.at(f"{place}{where}", message) for where, message in material.losses]
         asset.materials.append(material.data)
         written.append(element)
     if not written:
-        raise NothingToWriteError(remarks)
-    remarks += _differences(written, asset, images, path, library)
+        raise NothingToWriteError(findings)
+    findings += _differences(written, asset, images, path, library)
     asset.save(path, files)
-    return remarks
+    return findings
 
 
-def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, library: DataLibrary) -> list[Remark]:
+def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, library: DataLibrary) -> list[Finding]:
     """What the asset's materials are apart from those that they were made of."""
-    remarks = []
+    findings = []
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         copy, scratch = Path(folder) / path.name, Path(folder) / "scratch"
         scratch.mkdir()
@@ -96,15 +98,15 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
             try:
                 largest, mean = comparison.difference(*pair, transmits=transmits)
             except ImagesTooLargeError as error:
-                remarks.append(Remark(LOST, place, f"it was written and not compared: it has {error}"))
+                findings.append(LOST.at(place, f"it was written and not compared: it has {error}"))
                 continue
             except (UnsupportedError, RecursionError) as error:
-                remarks.append(Remark(LOST, place, f"it was written and not compared: {error}"))
+                findings.append(LOST.at(place, f"it was written and not compared: {error}"))
                 continue
             if largest > comparison.ROUNDING:
                 message = f"as glTF, its values differ by up to {_share(largest)}, {_share(mean)} in the mean"
-                remarks.append(Remark(LOST, place, message, "Look at both, by mrm render, before relying on it."))
-    return remarks
+                findings.append(LOST.at(place, message, "Look at both, by mrm render, before relying on it."))
+    return findings
 
 
 def _share(value: float) -> str:

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import unquote
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats import json_text
 from mrm_mtlx.formats.gltf.schema import problems
 from mrm_mtlx.formats.json_text import kind
@@ -24,10 +25,11 @@ from mrm_mtlx.system.text import printable, shown
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Rule
 
-# Codes of remarks: what breaks glTF's rules, what MaterialX cannot say, and what the validation's catalogue has.
-INVALID, LOST = "INTERCHANGE_INVALID", "INTERCHANGE_LOST"
-OUTSIDE, NO_FILE, TOO_LARGE = "READ_OUTSIDE", "DOC_FILE", "READ_TOO_LARGE"
+# Rules: what breaks glTF's rules, what MaterialX cannot say, and what the validation's catalogue has.
+INVALID, LOST = rules.INTERCHANGE_INVALID, rules.INTERCHANGE_LOST
+OUTSIDE, NO_FILE, TOO_LARGE = rules.READ_OUTSIDE, rules.DOC_FILE, rules.READ_TOO_LARGE
 
 # Largest JSON that is read. A data URI has a third more than its bytes; geometry and large images belong beside it.
 MAXIMUM_JSON_BYTES = 32 * 2**20
@@ -46,11 +48,11 @@ _DATA = re.compile(r"data:(?P<type>[^;,]*)(?:;[^;,]*)*?(?P<base64>;base64)?,", r
 
 
 class GltfError(Exception):
-    """Something that an asset names cannot be had; `remark` says why."""
+    """Something that an asset names cannot be had; `finding` says why."""
 
-    def __init__(self, code: str, place: str, message: str, hint: str = "") -> None:
+    def __init__(self, rule: Rule, place: str, message: str, hint: str = "") -> None:
         super().__init__(message)
-        self.remark = Remark(code, place, printable(message), hint)
+        self.finding = rule.at(place, printable(message), hint)
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ class Container:
             raise GltfError(INVALID, user, msg)
         element: dict[str, Any] = elements[index]
         for problem in problems(array.removesuffix("s"), element, json_text.pointer(array, index)):
-            if problem.code == INVALID:
-                raise GltfError(*problem)
+            if problem.rule is INVALID:
+                raise GltfError(problem.rule, problem.location, problem.message, problem.hint)
         return element
 
     def file(self, uri: str, place: str) -> Path:
@@ -154,24 +156,24 @@ def open_container(path: Path, reach: Reach) -> Container:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it is no glTF 2.0, broken, or larger than is read.
     """
     try:
         return _opened(path, reach)
     except GltfError as error:
-        raise UnreadableError(error.remark) from error
+        raise ReadError(error.finding) from error
 
 
 def _opened(path: Path, reach: Reach) -> Container:
     try:
         size = path.stat().st_size if path.is_file() else -1
         if size < 0:
-            _refuse("READ_FAILED", "it is not a regular file")
+            _refuse(rules.READ_FAILED, "it is not a regular file")
         with path.open("rb") as stream:
             is_binary = stream.read(len(_MAGIC)) == _MAGIC
     except OSError as error:
-        _refuse("READ_FAILED", f"the file cannot be opened: {error.strerror or 'no reason given'}")
+        _refuse(rules.READ_FAILED, f"the file cannot be opened: {error.strerror or 'no reason given'}")
     if path.suffix.lower() == ".glb" and not is_binary:
         _refuse(INVALID, "a .glb begins with the four bytes 'glTF'; this file does not")
     (start, length), binary = _chunks(path, size) if is_binary else ((0, size), None)
@@ -183,7 +185,7 @@ def _opened(path: Path, reach: Reach) -> Container:
     except ValueError as error:
         _refuse(INVALID, str(error), "Correct the place that is named.")
     except RecursionError:
-        _refuse("READ_TOO_DEEP", "its JSON is nested more deeply than is read", "glTF has some ten levels.")
+        _refuse(rules.READ_TOO_DEEP, "its JSON is nested more deeply than is read", "glTF has some ten levels.")
     _check(data)
     return Container(path, reach, data, binary)
 
@@ -202,7 +204,7 @@ def read_range(path: Path, offset: int, length: int, place: str) -> bytes:
             return stream.read(length)
     except OSError as error:
         msg = f"{path.name} cannot be read: {error.strerror or 'no reason given'}"
-        raise GltfError("READ_FAILED", place, msg) from error
+        raise GltfError(rules.READ_FAILED, place, msg) from error
 
 
 def is_data(uri: str) -> bool:
@@ -287,5 +289,5 @@ def _check(data: dict[str, Any]) -> None:
                 _refuse(INVALID, f"expected an object, got {kind(element)}", place=f"/{name}/{index}")
 
 
-def _refuse(code: str, message: str, hint: str = "", place: str = "") -> NoReturn:
-    raise UnreadableError(Remark(code, place, printable(message), hint))
+def _refuse(rule: Rule, message: str, hint: str = "", place: str = "") -> NoReturn:
+    raise ReadError(rule.at(place, printable(message), hint))

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Imported, Remark
+from mrm_mtlx.documents.document import Imported
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.gltf import properties as gltf
 from mrm_mtlx.formats.gltf.importer.container import INVALID, LOST, open_container
 from mrm_mtlx.formats.gltf.importer.graph import Graph
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.formats.gltf.importer.container import Container
     from mrm_mtlx.library import DataLibrary
 
@@ -42,18 +44,18 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Impor
     """The materials of a .gltf or .glb as a document; see `formats.registry`.
 
     A material that breaks glTF's rules is left out; what MaterialX cannot say is left out of its material. Both are
-    remarks, with JSON pointers as places.
+    findings, with JSON pointers as places.
     """
     container = open_container(path, reach)
     document = mx.createDocument()
     document.setColorSpace("lin_rec709")
     imported = Imported(document, reach=reach)
-    known: set[Remark] = set()
+    known: set[Finding] = set()
 
-    def report(remark: Remark) -> None:
-        if remark not in known:  # two materials may use one texture
-            known.add(remark)
-            imported.remarks.append(remark)
+    def report(found: Finding) -> None:
+        if found not in known:  # two materials may use one texture
+            known.add(found)
+            imported.findings.append(found)
 
     textures = Textures(container, scratch, report)
     if textures.packed:
@@ -65,7 +67,7 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Impor
         _Material(container, index, textures, report).add_to(imported)
         if index in colored:
             message = f"the vertex colours of {colored[index]} multiply its base colour; a document has none"
-            report(Remark(LOST, pointer("materials", index), message))
+            report(LOST.at(pointer("materials", index), message))
     document.setDataLibrary(library.document)
     return imported
 
@@ -73,7 +75,7 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Impor
 class _Material:
     """One material on its way into a document."""
 
-    def __init__(self, container: Container, index: int, textures: Textures, report: Callable[[Remark], None]) -> None:
+    def __init__(self, container: Container, index: int, textures: Textures, report: Callable[[Finding], None]) -> None:
         self._container, self._index = container, index
         self._textures, self._report = textures, report
         self._place = pointer("materials", index)
@@ -84,7 +86,7 @@ class _Material:
         wrong = problems("material", self._material, self._place)
         for problem in wrong:
             self._report(problem)
-        if any(problem.code == INVALID for problem in wrong):
+        if any(problem.rule is INVALID for problem in wrong):
             return
         if not self._allowed():
             return
@@ -118,7 +120,7 @@ class _Material:
         wrong = [name for name in (_UNLIT, _SPECULAR) if name in extensions and RETROREFLECTION in extensions]
         for name in wrong:
             message = f"{RETROREFLECTION} must not be used together with {name}"
-            self._report(Remark(INVALID, self._at(("extensions",)), message, "Remove one of the two extensions."))
+            self._report(INVALID.at(self._at(("extensions",)), message, "Remove one of the two extensions."))
         return not wrong
 
     def _report_losses(self) -> None:
@@ -139,7 +141,7 @@ class _Material:
             hint = (
                 "Raise specularColorFactor (KHR_materials_specular), the index (KHR_materials_ior) or metallicFactor."
             )
-            self._report(Remark("RETRO_INVISIBLE", self._at(("extensions", RETROREFLECTION)), message, hint))
+            self._report(rules.RETRO_INVISIBLE.at(self._at(("extensions", RETROREFLECTION)), message, hint))
 
     def _reflectance(self) -> float:
         """Reflectance at normal incidence, textures taken as white."""
@@ -273,27 +275,27 @@ class _Material:
         self._imported.places[f"{self._shader.getName()}/{name}"] = self._at(path)
 
     def _lost(self, path: gltf.Path, message: str, hint: str = "") -> None:
-        self._report(Remark(LOST, self._at(path), message, hint))
+        self._report(LOST.at(self._at(path), message, hint))
 
     def _at(self, path: gltf.Path) -> str:
         return self._place + pointer(*path)
 
 
-def _check_extensions(container: Container, report: Callable[[Remark], None]) -> None:
+def _check_extensions(container: Container, report: Callable[[Finding], None]) -> None:
     """What an asset says it cannot be read without, and what it names by a wrong name."""
     required = container.data.get("extensionsRequired", [])
     if not isinstance(required, list) or not all(isinstance(name, str) for name in required):
-        report(Remark(INVALID, "/extensionsRequired", "expected an array of names"))
+        report(INVALID.at("/extensionsRequired", "expected an array of names"))
         return
     for index, name in enumerate(required):
         place = pointer("extensionsRequired", index)
         if name == RETROREFLECTION:
-            report(Remark(LOST, place, f"{name} should not be required: a material is of use without it"))
+            report(LOST.at(place, f"{name} should not be required: a material is of use without it"))
         elif name in _OF_IMAGES:
-            report(Remark(LOST, place, f"the asset requires {name}; its images are not read, and left out"))
+            report(LOST.at(place, f"the asset requires {name}; its images are not read, and left out"))
         elif name not in (*known_extensions(), *_OF_TEXTURES) and not _OF_OTHERS.fullmatch(name):
             message = f"the asset requires {shown(name)}, which is not read{_meant(name)}"
-            report(Remark(INVALID, place, message, "Convert the asset to one without this extension."))
+            report(INVALID.at(place, message, "Convert the asset to one without this extension."))
 
 
 def _meant(name: str) -> str:

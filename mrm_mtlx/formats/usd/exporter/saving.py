@@ -17,7 +17,8 @@ from mrm_mtlx.system.console import silenced
 from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
-    from mrm_mtlx.documents.document import Imported, Remark
+    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
 # Files in a package begin at multiples of this, so that they can be mapped into memory (USDZ specification).
@@ -28,7 +29,7 @@ _HEADER, _EXTRA_HEADER = 30, 4
 _EXTRA_ID = 0x1986
 
 
-def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Remark]:
+def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
     """Write the materials of a document as `path`, into a set of files; see `formats.registry`."""
     del library  # the document's own is set
     if path.suffix.lower() == ".usdz":
@@ -41,7 +42,7 @@ def names(path: Path) -> list[str]:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it is none.
     """
     if path.suffix.lower() == ".usdz":
@@ -59,7 +60,7 @@ def names(path: Path) -> list[str]:
     return found
 
 
-def _layer(source: Imported, path: Path, files: FileSet) -> list[Remark]:
+def _layer(source: Imported, path: Path, files: FileSet) -> list[Finding]:
     """Write a layer that is to stand at `path`."""
     unfinished = files.named(path)
 
@@ -69,7 +70,7 @@ def _layer(source: Imported, path: Path, files: FileSet) -> list[Remark]:
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
     try:
-        remarks = write_materials(source.document, layer, anchored)
+        findings = write_materials(source.document, layer, anchored)
     except Tf.ErrorException as error:
         msg = f"USD cannot hold it: {said(error)}"
         raise ValueError(msg) from error
@@ -77,15 +78,15 @@ def _layer(source: Imported, path: Path, files: FileSet) -> list[Remark]:
         layer.Export(str(unfinished))
     except Tf.ErrorException as error:
         raise OSError(0, said(error)) from error
-    return remarks
+    return findings
 
 
-def _package(source: Imported, name: str, unfinished: Path) -> list[Remark]:
+def _package(source: Imported, name: str, unfinished: Path) -> list[Finding]:
     """Write a package: USD gathers the images, and what it wrote is stored again without the time of writing."""
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         layer, gathered = Path(folder, f"{name}.usdc"), Path(folder, "gathered.usdz")
         with FileSet(Path(folder)) as files:
-            remarks = _layer(source, layer, files)
+            findings = _layer(source, layer, files)
         with silenced():
             made = UsdUtils.CreateNewUsdzPackage(str(layer), str(gathered))
         if not made:
@@ -98,7 +99,7 @@ def _package(source: Imported, name: str, unfinished: Path) -> list[Remark]:
             position = 0
             for entry in found.infolist():
                 position = _store(package, entry.filename, found.read(entry), position)
-    return remarks
+    return findings
 
 
 def _store(package: zipfile.ZipFile, name: str, content: bytes, position: int) -> int:

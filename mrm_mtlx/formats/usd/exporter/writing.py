@@ -11,8 +11,8 @@ import MaterialX as mx
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
 
 from mrm_mtlx.documents.constants import unit_scale
-from mrm_mtlx.documents.document import Remark
 from mrm_mtlx.documents.graph import defining_graph
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.exporter.scope import TERMINALS, Scope, create_outputs, is_connected, reached_from
 from mrm_mtlx.formats.usd.values import COLORED, SDF_TYPES, sdf_type, to_usd
 from mrm_mtlx.library.color_spaces import is_linear
@@ -20,6 +20,8 @@ from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+
+    from mrm_mtlx.findings.finding import Finding
 
 # The prim that holds the materials, and is the stage's default.
 MATERIALS = Sdf.Path("/Materials")
@@ -29,7 +31,7 @@ MAXIMUM_PRIMS = 100_000
 
 def write_materials(
     document: mx.Document, layer: Sdf.Layer, anchored: Callable[[str], str], below: Sdf.Path = MATERIALS
-) -> list[Remark]:
+) -> list[Finding]:
     """Write all renderable elements of a valid document as materials.
 
     Parameters
@@ -60,7 +62,7 @@ def write_materials(
     stage.SetDefaultPrim(stage.GetPrimAtPath(below.GetPrefixes()[0]))
     if document.getColorSpace():  # as UsdMtlx does
         layer.customLayerData = {"colorSpace": document.getColorSpace()}
-    # An output of another type is a pattern; what belongs to none of these is told by `remarks`.
+    # An output of another type is a pattern; what belongs to none of these is told by `findings`.
     shown = [_material_behind(element) for element in renderable_elements(document)]
     elements = [e for e in shown if e is not None and (e.getType() == "material" or e.getType() in TERMINALS)]
     elements = list({element.getNamePath(): element for element in elements}.values())
@@ -71,7 +73,7 @@ def write_materials(
     writer = _Writer(document, stage, anchored)
     for element in elements:
         writer.material(root, element)
-    return writer.remarks()
+    return writer.findings()
 
 
 def _material_behind(element: Any) -> Any:
@@ -87,7 +89,7 @@ class _Writer:
         self._version = ".".join(map(str, document.getVersionIntegers()))
         self._own = {element.getName() for element in document.getChildren()}  # getChild() knows the library's, too
         self._used: set[str] = set()
-        self._lost: list[Remark] = []
+        self._lost: list[Finding] = []
         self._prims = 0
 
     def material(self, parent: Usd.Prim, element: Any) -> None:
@@ -109,7 +111,7 @@ class _Writer:
                 name = f"mtlx:{TERMINALS[given.getType()]}"
                 material.CreateOutput(name, Sdf.ValueTypeNames.Token).ConnectToSource(source)
 
-    def remarks(self) -> list[Remark]:
+    def findings(self) -> list[Finding]:
         """What was lost, of the materials and of the document beside them."""
         for element in self._document.getChildren():
             name, category = element.getName(), element.getCategory()
@@ -121,7 +123,7 @@ class _Writer:
         return self._lost
 
     def _lose(self, element: Any, message: str) -> None:
-        self._lost.append(Remark("INTERCHANGE_LOST", f"/{element.getNamePath()}", message))
+        self._lost.append(rules.INTERCHANGE_LOST.at(f"/{element.getNamePath()}", message))
 
     def _has_form(self, given: Any) -> bool:
         if given.getName() in TERMINALS:

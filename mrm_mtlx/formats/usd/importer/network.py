@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import MaterialX as mx
 from pxr import Sdf, Usd, UsdShade
 
-from mrm_mtlx.documents.document import Remark
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.versions import earlier_definition, is_earlier, is_version, upgraded, version_of
 from mrm_mtlx.formats.usd.prims import TERMINALS, is_closed, is_materialx, space_of, terminals
 from mrm_mtlx.formats.usd.values import COLORED, materialx_type, outputs_of, to_text
@@ -18,6 +18,7 @@ from mrm_mtlx.system.text import shown
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from mrm_mtlx.findings.finding import Finding, Rule
     from mrm_mtlx.library import DataLibrary
 
 
@@ -33,7 +34,7 @@ class Translation:
         The definitions.
     file_name
         Function from an attribute of type asset to the file's name in the document.
-    places, remarks
+    places, findings
         See `Imported`.
     last
         By an element's path and a name: the last that was made of the name for a child.
@@ -47,7 +48,7 @@ class Translation:
     library: DataLibrary
     file_name: Callable[[Usd.Attribute], str]
     places: dict[str, str] = field(default_factory=dict)
-    remarks: list[Remark] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
     last: dict[tuple[str, str], str] = field(default_factory=dict)
     definitions: dict[tuple[str, str, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
     is_earlier: bool = False
@@ -70,14 +71,14 @@ def translate(into: Translation, material: UsdShade.Material, place: Callable[[S
     version = version_of(material)
     if not is_version(version):
         message = f"its version of MaterialX is {shown(version)}; expected one such as '1.39', which is assumed"
-        into.remarks.append(Remark("INTERCHANGE_LOST", place(material.GetPath()), message))
+        into.findings.append(rules.INTERCHANGE_LOST.at(place(material.GetPath()), message))
     if not is_earlier(version):
         Network(into, material, place).translate()
         return
     document = mx.createDocument()
     document.setDataLibrary(into.library.document)
     document.setColorSpace(into.document.getColorSpace())
-    alone = Translation(document, into.library, into.file_name, remarks=into.remarks, is_earlier=True)
+    alone = Translation(document, into.library, into.file_name, findings=into.findings, is_earlier=True)
     Network(alone, material, place).translate()
     _add(into, upgraded(document, version, alone.places), alone.places)
 
@@ -150,7 +151,7 @@ class Network:
                 self._note(made[category], prim.GetPath())
             source = self._source(output.GetAttr(), None)
             if source.kind == "value":
-                self._remark("DOC_CONNECTION", output.GetAttr().GetPath(), "the material's output is not connected")
+                self._report(rules.DOC_CONNECTION, output.GetAttr().GetPath(), "the material's output is not connected")
             elif source.kind == "nothing":
                 self._dangling(source)
             else:
@@ -171,8 +172,8 @@ class Network:
     def _note(self, element: Any, path: Sdf.Path) -> None:
         self._into.places[element.getNamePath()] = self._place(path)
 
-    def _remark(self, code: str, path: Sdf.Path, message: str, hint: str = "") -> None:
-        self._into.remarks.append(Remark(code, self._place(path), message, hint))
+    def _report(self, rule: Rule, path: Sdf.Path, message: str, hint: str = "") -> None:
+        self._into.findings.append(rule.at(self._place(path), message, hint))
 
     def _home(self, prim: Usd.Prim) -> Sdf.Path | None:
         """The graph in which a shader stands in the document, None for the document itself."""
@@ -203,7 +204,7 @@ class Network:
         self._note(node, path)
         self._nodes[path] = (node, definition)
         if definition is None and not identifier:
-            self._remark("DOC_UNKNOWN_NODE", path, "the shader has no info:id, by which MaterialX would know it")
+            self._report(rules.DOC_UNKNOWN_NODE, path, "the shader has no info:id, by which MaterialX would know it")
         if definition is not None:
             self._waiting.append((prim, node, definition, home))
         return self._nodes[path]
@@ -222,7 +223,7 @@ class Network:
             kind = materialx_type(attribute.GetTypeName(), declared.getType())
             if kind != declared.getType():
                 message = f"input '{name}' has type {kind}, expected {declared.getType()}"
-                self._remark("DOC_INPUT_TYPE", attribute.GetPath(), message)
+                self._report(rules.DOC_INPUT_TYPE, attribute.GetPath(), message)
                 continue
             self._input(node, attribute, name, kind, home)
         is_earlier = self._into.is_earlier and earlier_definition(definition.getName()) is not None
@@ -242,9 +243,9 @@ class Network:
         inputs = [str(declared.getName()) for declared in definition.getActiveInputs()]
         near = difflib.get_close_matches(name, inputs, 1)
         message = f"'{node.getCategory()}' has no input '{name}'" + (f"; did you mean '{near[0]}'?" if near else "")
-        code = "RETRO_UNDEFINED" if name == "retroreflective" else "DOC_UNKNOWN_INPUT"
+        rule = rules.RETRO_UNDEFINED if name == "retroreflective" else rules.DOC_UNKNOWN_INPUT
         hint = "" if name == "retroreflective" else f"Its inputs are {', '.join(inputs)}."
-        self._remark(code, attribute.GetPath(), message, hint)
+        self._report(rule, attribute.GetPath(), message, hint)
 
     def _input(self, parent: Any, attribute: Usd.Attribute, name: str, kind: str, home: Sdf.Path | None) -> None:
         """An input of a node or a graph, with its value or connection; none if it has neither."""
@@ -275,20 +276,20 @@ class Network:
         self._note(given, attribute.GetPath())
 
     def _dangling(self, source: _Source) -> None:
-        self._remark("DOC_CONNECTION", source.attribute.GetPath(), f"nothing gives a value at {source.name}")
+        self._report(rules.DOC_CONNECTION, source.attribute.GetPath(), f"nothing gives a value at {source.name}")
 
     def _fits(self, source: Usd.Attribute, attribute: Usd.Attribute, kind: str) -> bool:
         found = materialx_type(source.GetTypeName(), kind)
         if found != kind:
             message = f"'{source.GetPath().name}' of {source.GetPrimPath().name} gives {found}, expected {kind}"
-            self._remark("DOC_CONNECTION", attribute.GetPath(), message)
+            self._report(rules.DOC_CONNECTION, attribute.GetPath(), message)
         return found == kind
 
     def _value(self, attribute: Usd.Attribute, kind: str) -> str | None:
         """The value of an attribute as text, None if it has none."""
         if attribute.GetNumTimeSamples() > 0:
             message = "the value is animated; that of its first time is taken"
-            self._remark("INTERCHANGE_LOST", attribute.GetPath(), message)
+            self._report(rules.INTERCHANGE_LOST, attribute.GetPath(), message)
         value = attribute.Get(Usd.TimeCode.EarliestTime())
         if value is None:
             return None
@@ -297,8 +298,8 @@ class Network:
         try:
             return to_text(value)
         except TypeError:  # USD's text may hold a path or a dictionary whatever the type is
-            self._remark(
-                "DOC_INPUT_VALUE", attribute.GetPath(), f"its value is no {kind}, but a {type(value).__name__}"
+            self._report(
+                rules.DOC_INPUT_VALUE, attribute.GetPath(), f"its value is no {kind}, but a {type(value).__name__}"
             )
             return None
 
@@ -358,7 +359,7 @@ class Network:
                 return _Source("value", attribute.GetPrim(), "", attribute)
             if len(paths) > 1:
                 message = f"it is connected {len(paths)} times; the first connection is taken"
-                self._remark("INTERCHANGE_LOST", attribute.GetPath(), message)
+                self._report(rules.INTERCHANGE_LOST, attribute.GetPath(), message)
             prim = self._stage.GetPrimAtPath(paths[0].GetPrimPath())
             name, kind = UsdShade.Utils.GetBaseNameAndType(paths[0].name)
             if prim and prim.IsA(UsdShade.Shader) and kind == UsdShade.AttributeType.Output:

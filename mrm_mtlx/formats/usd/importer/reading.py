@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from pxr import Sdf, Tf, Usd, UsdShade
 
-from mrm_mtlx.documents.document import Imported, Remark, UnreadableError
+from mrm_mtlx.documents.document import Imported, ReadError
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.assets import Assets
 from mrm_mtlx.formats.usd.importer.network import Translation, translate
-from mrm_mtlx.formats.usd.importer.validators import validator_remarks
+from mrm_mtlx.formats.usd.importer.validators import validator_findings
 from mrm_mtlx.formats.usd.opening.stage import open_stage
 from mrm_mtlx.formats.usd.prims import terminals
 from mrm_mtlx.formats.usd.texts import said
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.formats.registry import DocumentReader
     from mrm_mtlx.formats.usd.opening.stage import Stage
     from mrm_mtlx.library import DataLibrary
@@ -38,31 +40,31 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, document
         return _read(path, reach, library, scratch, documents)
     except UnicodeDecodeError as error:
         message = f"a text in {path.name} is not UTF-8: byte 0x{error.object[error.start]:02x}"
-        raise UnreadableError(Remark("READ_ENCODING", "", message)) from error
+        raise ReadError(rules.READ_ENCODING.at("", message)) from error
     except Tf.ErrorException as error:
-        raise UnreadableError(Remark("READ_FORMAT", "", f"{path.name}: {said(error)}")) from error
+        raise ReadError(rules.READ_FORMAT.at("", f"{path.name}: {said(error)}")) from error
     except TypeError as error:
         if _NO_VALUE not in str(error):
             raise
         message = f"{path.name} is damaged: it has a value of a type that none can have"
-        raise UnreadableError(Remark("READ_FORMAT", "", message)) from error
+        raise ReadError(rules.READ_FORMAT.at("", message)) from error
 
 
 def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Imported:
     opened = open_stage(path, reach, scratch, library, documents)
-    stage, remarks = opened.stage, opened.remarks
+    stage, findings = opened.stage, opened.findings
     assets = Assets(opened)
     translation = Translation(_document(stage, library), library, assets.name)
     known = _translate_all(opened, translation)
-    remarks += _circles(stage)
+    findings += _circles(stage)
     with silenced():  # USD prints what it cannot compose, which is said here
         _translate_variants(opened, translation, known)
-    remarks += translation.remarks
-    remarks += validator_remarks(opened, library, assets.seen)
+    findings += translation.findings
+    findings += validator_findings(opened, library, assets.seen)
     return Imported(
         translation.document,
         translation.places,
-        list(dict.fromkeys(remarks)),
+        list(dict.fromkeys(findings)),
         reach=assets.reach,
         packed=assets.packed,
     )
@@ -111,7 +113,7 @@ def _lacks(opened: Stage, material: UsdShade.Material, translation: Translation,
     name = opened.lacking(material.GetPrim())
     if name:
         message = f"the material depends on '{name}', which is not there or is wrong; it is not checked"
-        translation.remarks.append(Remark("USD_MISSING", place, message))
+        translation.findings.append(rules.USD_MISSING.at(place, message))
     return bool(name)
 
 
@@ -123,12 +125,12 @@ def _translate_variants(opened: Stage, translation: Translation, known: dict[Sdf
     for count, (path, variants, variant) in enumerate(_other_variants(stage)):
         if count == MAXIMUM_VARIANTS:
             message = f"of its variants, {MAXIMUM_VARIANTS} are looked at; the others are not checked"
-            translation.remarks.append(Remark("INTERCHANGE_LOST", str(path), message))
+            translation.findings.append(rules.INTERCHANGE_LOST.at(str(path), message))
             return
         selection = f"{{{variants.GetName()}={variant}}}"
         variants.SetVariantSelection(variant)
         _translate_changed(opened, path, selection, translation, known)
-        translation.remarks += _only_there(stage, f"{path}{selection}", before)
+        translation.findings += _only_there(stage, f"{path}{selection}", before)
         variants.ClearVariantSelection()
 
 
@@ -179,24 +181,24 @@ def _made_of(material: UsdShade.Material, translation: Translation) -> str:
     document.setDataLibrary(translation.library.document)
     alone = Translation(document, translation.library, translation.file_name)
     translate(alone, material)
-    return str(mx.writeToXmlString(document)) + repr(alone.remarks)
+    return str(mx.writeToXmlString(document)) + repr(alone.findings)
 
 
-def _only_there(stage: Usd.Stage, variant: str, before: set[str]) -> list[Remark]:
+def _only_there(stage: Usd.Stage, variant: str, before: set[str]) -> list[Finding]:
     """What USD cannot compose of a variant that is selected; `before` are the prims of which that is so without it.
 
     Its validators, which say the like of the stage as it is, do not see other variants.
     """
     errors: list[Any] = [error for error in stage.GetCompositionErrors() if str(error.rootSite.path) not in before]
-    codes = ["READ_INCLUDE" if _is_circle(error) else "USD_VALIDATOR" for error in errors]
-    found = zip(codes, errors, strict=True)
-    return [Remark(code, variant, f"{error.rootSite.path}: {said(error)}") for code, error in found]
+    of = [rules.READ_INCLUDE if _is_circle(error) else rules.USD_VALIDATOR for error in errors]
+    found = zip(of, errors, strict=True)
+    return [rule.at(variant, f"{error.rootSite.path}: {said(error)}") for rule, error in found]
 
 
-def _circles(stage: Usd.Stage) -> list[Remark]:
+def _circles(stage: Usd.Stage) -> list[Finding]:
     """Prims that refer to themselves, which USD leaves out."""
     errors: list[Any] = [error for error in stage.GetCompositionErrors() if _is_circle(error)]
-    return [Remark("READ_INCLUDE", str(error.rootSite.path), said(error)) for error in errors]
+    return [rules.READ_INCLUDE.at(str(error.rootSite.path), said(error)) for error in errors]
 
 
 def _is_circle(error: object) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pxr import Sdf, Tf, UsdShade, UsdValidation
 
-from mrm_mtlx.documents.document import Remark
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.versions import earlier_definition
 from mrm_mtlx.formats.usd.texts import said
 from mrm_mtlx.system.console import silenced
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from mrm_mtlx.findings.finding import Finding, Rule
     from mrm_mtlx.formats.usd.opening.stage import Stage
     from mrm_mtlx.library import DataLibrary
 
@@ -28,7 +29,7 @@ _OPENING = "usdUtilsValidators:"
 MAXIMUM_OF_A_KIND = 10
 
 
-def validator_remarks(opened: Stage, library: DataLibrary, images: set[Path]) -> list[Remark]:
+def validator_findings(opened: Stage, library: DataLibrary, images: set[Path]) -> list[Finding]:
     """Errors and warnings of the validators, by kind and place.
 
     Left out are `NOISE` about ids that the library has a definition of (what is checked with it says more), and what
@@ -38,21 +39,22 @@ def validator_remarks(opened: Stage, library: DataLibrary, images: set[Path]) ->
         try:
             errors = UsdValidation.ValidationContext(_validators()).Validate(opened.stage)
         except Tf.ErrorException as stopped:
-            return [Remark("USD_VALIDATOR", "", f"USD's validators stopped: {said(stopped)}")]
-    found: dict[tuple[str, str], set[tuple[str, str]]] = {}
+            return [rules.USD_VALIDATOR.at("", f"USD's validators stopped: {said(stopped)}")]
+    found: dict[tuple[Rule, str], set[tuple[str, str]]] = {}
     for error in errors:
-        code = _CODES.get(error.GetType())
-        if code is not None and not _is_known(error, library, opened):
+        rule = _RULES.get(error.GetType())
+        if rule is not None and not _is_known(error, library, opened):
             message = _ABSOLUTE.sub(r"'\1'", said(error.GetMessage()))
-            found.setdefault((code, error.GetIdentifier()), set()).add((_place(error), message))
+            found.setdefault((rule, error.GetIdentifier()), set()).add((_place(error), message))
     for kind, place, text in opened.problems(images):
-        found.setdefault(("USD_VALIDATOR", kind), set()).add((place, text))
-    return [remark for kind in sorted(found) for remark in _listed(*kind, sorted(found[kind]))]
+        found.setdefault((rules.USD_VALIDATOR, kind), set()).add((place, text))
+    kinds = sorted(found, key=lambda kind: (kind[0].code, kind[1]))
+    return [each for kind in kinds for each in _listed(*kind, sorted(found[kind]))]
 
 
-_CODES = {
-    UsdValidation.ValidationErrorType.Error: "USD_VALIDATOR",
-    UsdValidation.ValidationErrorType.Warn: "USD_VALIDATOR_WARNING",
+_RULES = {
+    UsdValidation.ValidationErrorType.Error: rules.USD_VALIDATOR,
+    UsdValidation.ValidationErrorType.Warn: rules.USD_VALIDATOR_WARNING,
 }
 _ABSOLUTE = re.compile(r"'/[^']*/([^'/]*)'")
 
@@ -91,8 +93,8 @@ def _place(error: Any) -> str:
     return ""
 
 
-def _listed(code: str, kind: str, found: list[tuple[str, str]]) -> Iterator[Remark]:
+def _listed(rule: Rule, kind: str, found: list[tuple[str, str]]) -> Iterator[Finding]:
     for place, message in found[:MAXIMUM_OF_A_KIND]:
-        yield Remark(code, place, f"{kind}: {message}")
+        yield rule.at(place, f"{kind}: {message}")
     if len(found) > MAXIMUM_OF_A_KIND:
-        yield Remark(code, "", f"{kind}: {len(found) - MAXIMUM_OF_A_KIND} more of the same")
+        yield rule.at("", f"{kind}: {len(found) - MAXIMUM_OF_A_KIND} more of the same")

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.opening.crate_packing import LZ4_PER_BYTE, Cursor, DamagedError
 from mrm_mtlx.formats.usd.opening.crate_values import refuse_oversized
 
@@ -34,14 +35,14 @@ def refuse_damaged(stream: BinaryIO, name: str, place: str) -> None:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         With the section that does.
     """
     stream.seek(0)
     try:
         _Crate(stream.read()).check()
     except DamagedError as error:
-        raise UnreadableError(Remark("READ_FORMAT", place, f"{name}: the crate is damaged: {error}")) from None
+        raise ReadError(rules.READ_FORMAT.at(place, f"{name}: the crate is damaged: {error}")) from None
 
 
 class _Crate:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from pxr import Sdf, Tf, Usd, UsdShade
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.exporter.writing import write_materials
 from mrm_mtlx.formats.usd.prims import TERMINALS
 from mrm_mtlx.formats.usd.texts import said
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.documents.document import Imported
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.formats.registry import DocumentReader
     from mrm_mtlx.library import DataLibrary
 
@@ -30,7 +32,7 @@ MATERIALS = ROOT.AppendChild("Materials")
 
 def open_document(
     path: Path, reach: Reach, read: DocumentReader, library: DataLibrary, named: Callable[[str], str]
-) -> tuple[Sdf.Layer, list[Remark]]:
+) -> tuple[Sdf.Layer, list[Finding]]:
     """A document as a layer without a file, in which names of files are absolute paths, and what was lost on the way.
 
     Parameters
@@ -46,7 +48,7 @@ def open_document(
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it cannot be read, or is wrong.
     ValueError
         If there is nothing to render, or too much.
@@ -54,7 +56,7 @@ def open_document(
     imported = read(path, reach)
     problem = _problem(imported)
     if problem:
-        raise UnreadableError(Remark("DOC_INVALID", "", problem))
+        raise ReadError(rules.DOC_INVALID.at("", problem))
     _state_spaces(imported.document)
     layer = Sdf.Layer.CreateAnonymous(f"{path.name}.usda")
     try:
@@ -66,7 +68,7 @@ def open_document(
     stage = Usd.Stage.Open(layer)
     for prim in stage.GetPrimAtPath(MATERIALS).GetChildren():
         _expose(UsdShade.Material(prim), library)
-    return layer, [*imported.remarks, *lost]
+    return layer, [*imported.findings, *lost]
 
 
 def _problem(imported: Imported) -> str:

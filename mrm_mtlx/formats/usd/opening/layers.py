@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pxr import Ar, Sdf, Tf
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.opening.crates import refuse_damaged
 from mrm_mtlx.formats.usd.opening.weighing import MAXIMUM_DEPTH, too_deep
 from mrm_mtlx.formats.usd.texts import said
@@ -50,11 +51,11 @@ def check_file(file: Path, place: str) -> bytes:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it is none of USD's files, or nested too deeply.
     """
     if not file.is_file():  # a pipe or a device would never end
-        raise UnreadableError(Remark("READ_FAILED", place, f"{file.name} is not a regular file"))
+        raise ReadError(rules.READ_FAILED.at(place, f"{file.name} is not a regular file"))
     try:
         with file.open("rb") as stream:
             head = stream.read(8)
@@ -64,12 +65,12 @@ def check_file(file: Path, place: str) -> bytes:
             elif kind == _CRATE:
                 refuse_damaged(stream, file.name, place)
     except OSError as error:
-        raise UnreadableError(Remark("READ_FAILED", place, f"{file.name}: {error.strerror}")) from error
+        raise ReadError(rules.READ_FAILED.at(place, f"{file.name}: {error.strerror}")) from error
     expected = _CONTENT.get(file.suffix.lower(), tuple(_NAMES))
     if kind is None or kind not in expected:
         found = "is empty" if not head else f"holds {_NAMES[kind]}" if kind else "is no file of USD"
         message = f"{file.name} {found}; expected {' or '.join(_NAMES[k] for k in expected)}"
-        raise UnreadableError(Remark("READ_FORMAT", place, message))
+        raise ReadError(rules.READ_FORMAT.at(place, message))
     return kind
 
 
@@ -78,19 +79,19 @@ def open_layer(file: Path, place: str) -> Opened:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it cannot be read.
     """
     kind = check_file(file, place)
     name = str(file)
     if Sdf.Layer.SplitIdentifier(name)[1] or Ar.IsPackageRelativePath(name) or kind == _PACKAGE:
-        raise UnreadableError(Remark("READ_FAILED", place, f"{file.name} lies where USD takes its path for another"))
+        raise ReadError(rules.READ_FAILED.at(place, f"{file.name} lies where USD takes its path for another"))
     try:
         layer = Sdf.Layer.OpenAsAnonymous(name, False, file.name)
     except Tf.ErrorException as error:
-        raise UnreadableError(Remark("READ_FORMAT", place, f"{file.name}: {said(error)}")) from error
+        raise ReadError(rules.READ_FORMAT.at(place, f"{file.name}: {said(error)}")) from error
     if layer is None:
-        raise UnreadableError(Remark("READ_FORMAT", place, f"USD cannot read {file.name}"))
+        raise ReadError(rules.READ_FORMAT.at(place, f"USD cannot read {file.name}"))
     return Opened(layer, kind == _CRATE)
 
 
@@ -101,4 +102,4 @@ def _refuse_depth(text: bytes, place: str) -> None:
         depth += {b"{": 1, b"}": -1}.get(match[0], 0)
         if depth > 2 * MAXIMUM_DEPTH:
             line = text.count(b"\n", 0, match.start()) + 1
-            raise UnreadableError(too_deep(place or f"line {line}"))
+            raise ReadError(too_deep(place or f"line {line}"))

@@ -14,8 +14,9 @@ import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple, NoReturn
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings import rules
 from mrm_mtlx.system.text import shown
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def unpack(path: Path, folder: Path, place: str) -> Package:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it is damaged, larger than the bounds, or no package of USD.
     """
     try:
@@ -99,7 +100,7 @@ def _refuse_large(entries: list[zipfile.ZipInfo], place: str) -> None:
     if size > MAXIMUM_PACKAGE_BYTES or len(entries) > MAXIMUM_FILES:
         found = f"{len(entries)} files of {size / 2**20:.0f} MiB"
         bounds = f"{MAXIMUM_FILES} files and {MAXIMUM_PACKAGE_BYTES // 2**20} MiB are read"
-        raise UnreadableError(Remark("READ_TOO_LARGE", place, f"the package holds {found}; {bounds}"))
+        raise ReadError(rules.READ_TOO_LARGE.at(place, f"the package holds {found}; {bounds}"))
 
 
 def _checked(stream: BinaryIO, entries: list[zipfile.ZipInfo], name: str, place: str) -> Iterator[tuple[str, str]]:
@@ -158,4 +159,4 @@ def _extract(package: zipfile.ZipFile, entry: zipfile.ZipInfo, folder: Path) -> 
 
 
 def _refuse(message: str, place: str) -> NoReturn:
-    raise UnreadableError(Remark("READ_FORMAT", place, message))
+    raise ReadError(rules.READ_FORMAT.at(place, message))

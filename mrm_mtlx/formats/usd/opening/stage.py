@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from pxr import Ar, Sdf, Tf, Usd
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.opening.documents import MATERIALS, open_document
 from mrm_mtlx.formats.usd.opening.documents import SUFFIX as DOCUMENT_SUFFIX
 from mrm_mtlx.formats.usd.opening.layers import MAXIMUM_STAGE_BYTES, PACKAGE_SUFFIX, SUFFIXES, check_file, open_layer
@@ -29,6 +30,7 @@ from mrm_mtlx.system.console import silenced
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.formats.registry import DocumentReader
     from mrm_mtlx.library import DataLibrary
 
@@ -46,12 +48,12 @@ class Stage:
     ----------
     stage
         All of its layers are without a file.
-    remarks
+    findings
         What was not opened.
     """
 
     stage: Usd.Stage
-    remarks: list[Remark]
+    findings: list[Finding]
     _scan: _Scan
 
     @property
@@ -110,7 +112,7 @@ def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary, do
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If a file of it cannot be read or lies outside, or if it is too large.
     """
     scan = _Scan(path.resolve(), reach, scratch.resolve(), library, documents)
@@ -119,8 +121,8 @@ def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary, do
         try:
             stage = Usd.Stage.Open(layer)
         except Tf.ErrorException as error:
-            raise UnreadableError(Remark("READ_FORMAT", "", f"USD cannot read it: {said(error)}")) from error
-    return Stage(stage, scan.remarks, scan)
+            raise ReadError(rules.READ_FORMAT.at("", f"USD cannot read it: {said(error)}")) from error
+    return Stage(stage, scan.findings, scan)
 
 
 @dataclass(frozen=True)
@@ -149,14 +151,14 @@ class _Scan:
         self.first_package: Package | None = None
         self.standins = StandIns()
         self.unresolved: dict[Path, tuple[str, str]] = {}
-        self.remarks: list[Remark] = []
+        self.findings: list[Finding] = []
 
     def run(self) -> Sdf.Layer:
         """Read everything that the stage is made of, and return its first layer.
 
         Raises
         ------
-        UnreadableError
+        ReadError
             See `open_stage`.
         """
         first = self._whole(_Origin(self._path, None), "")
@@ -228,7 +230,7 @@ class _Scan:
         place, instance = str(spec.path), bool(spec.instanceable)
         for arc in (*_items(spec.referenceList), *_items(spec.payloadList)):
             if arc.primPath.pathElementCount > MAXIMUM_DEPTH:
-                raise UnreadableError(too_deep(place))
+                raise ReadError(too_deep(place))
             found = target(arc.assetPath, place) if arc.assetPath else own
             self.standins.define(found, arc.primPath)
             self._define_in_document(found, arc.primPath, place)
@@ -243,24 +245,24 @@ class _Scan:
             self._bytes += file.stat().st_size
         if self._bytes > MAXIMUM_STAGE_BYTES or len(self._layers) > MAXIMUM_LAYERS:
             bounds = f"more than {MAXIMUM_LAYERS} layers or {MAXIMUM_STAGE_BYTES // 2**20} MiB"
-            raise UnreadableError(Remark("READ_TOO_LARGE", place, f"the stage consists of {bounds}"))
+            raise ReadError(rules.READ_TOO_LARGE.at(place, f"the stage consists of {bounds}"))
 
     def _target(self, origin: _Origin, name: str, place: str) -> _Origin | str:
         """The layer that a name means, or the identifier of what stands in for one that is not opened."""
         if "`" in name:
             message = f"the file name {name} is an expression, which could mean any file; expected a name"
-            raise UnreadableError(Remark("READ_INCLUDE", place, message))
+            raise ReadError(rules.READ_INCLUDE.at(place, message))
         found = self._located(origin, name, place)
         if not found.file.exists():
             message = f"the file '{name}' does not exist; what it says is left out"
-            self.remarks.append(Remark("USD_MISSING", place, message))
+            self.findings.append(rules.USD_MISSING.at(place, message))
             return self.standins.add(name, missing=True)
         if found.file.suffix.lower() in SUFFIXES:
             return self._whole(found, place)
         if found.file.suffix.lower() == DOCUMENT_SUFFIX:
             return self._document(found, name, place)
         message = f"'{name}' is no file of USD and is not opened; check it by itself"
-        self.remarks.append(Remark("INTERCHANGE_LOST", place, message))
+        self.findings.append(rules.INTERCHANGE_LOST.at(place, message))
         return self.standins.add(name, missing=False)
 
     def _document(self, found: _Origin, name: str, place: str) -> str:
@@ -278,18 +280,17 @@ class _Scan:
             return self._asset(found, path, place)
 
         try:
-            layer, remarks = open_document(found.file, reach, self._read_document, self._library, named)
-        except UnreadableError as error:
-            where = f"{error.remark.place}: " if error.remark.place else ""
-            message = f"the document '{name}' is wrong: {where}{error.remark.message}; check it by itself"
-            self.remarks.append(Remark("USD_MISSING", place, message))
+            layer, findings = open_document(found.file, reach, self._read_document, self._library, named)
+        except ReadError as error:
+            where = f"{error.finding.location}: " if error.finding.location else ""
+            message = f"the document '{name}' is wrong: {where}{error.finding.message}; check it by itself"
+            self.findings.append(rules.USD_MISSING.at(place, message))
             return self.standins.add(name, missing=True)
         except ValueError as error:
-            self.remarks.append(Remark("INTERCHANGE_LOST", place, f"the document '{name}' is left out: {error}"))
+            self.findings.append(rules.INTERCHANGE_LOST.at(place, f"the document '{name}' is left out: {error}"))
             return self.standins.add(name, missing=False)
-        self.remarks += [
-            Remark(remark.code, place, f"'{name}' at {remark.place}: {remark.message}", remark.hint)
-            for remark in remarks
+        self.findings += [
+            found.rule.at(place, f"'{name}' at {found.location}: {found.message}", found.hint) for found in findings
         ]
         entry = self._layers[str(found.file)] = Layer(layer)
         self.origins[layer.identifier] = found
@@ -305,7 +306,7 @@ class _Scan:
         if path.IsPrimPath() and not path.HasPrefix(MATERIALS) and not layer.GetPrimAtPath(path):
             Sdf.CreatePrimInLayer(layer, path)
             message = f"of '{Path(target).name}', {path} is not read; its materials lie in {MATERIALS}"
-            self.remarks.append(Remark("INTERCHANGE_LOST", place, message))
+            self.findings.append(rules.INTERCHANGE_LOST.at(place, message))
 
     def _located(self, origin: _Origin, name: str, place: str) -> _Origin:
         """The file that a name in a layer means, which lies inside; it need not be there."""
@@ -318,7 +319,7 @@ class _Scan:
             found = None if file is None else _Origin(file, package)
         if found is None:
             message = f"the file '{name}' lies outside the folder being checked"
-            raise UnreadableError(Remark("READ_OUTSIDE", place, message))
+            raise ReadError(rules.READ_OUTSIDE.at(place, message))
         return found
 
     def _inside(self, origin: _Origin, name: str) -> _Origin | None:
@@ -335,7 +336,7 @@ class _Scan:
                 return found
             package = self._unpacked(found.file, place)
             found = _Origin(package.first, package)
-        raise UnreadableError(too_deep(place))
+        raise ReadError(too_deep(place))
 
     def _unpacked(self, path: Path, place: str) -> Package:
         if path not in self.packages:
@@ -360,7 +361,7 @@ class _Scan:
                     self._located(origin, getattr(name, "path", name), place)
         spec.ClearInfo("clips")
         message = "value clips are not opened; values are those of the default time"
-        self.remarks.append(Remark("INTERCHANGE_LOST", place, message))
+        self.findings.append(rules.INTERCHANGE_LOST.at(place, message))
 
     def _look_at(self, origin: _Origin, attribute: Sdf.AttributeSpec, is_crate: bool) -> None:
         """See to the names of files among an attribute's values; a crate may have some whatever the type."""
@@ -441,7 +442,7 @@ class _Scan:
         """What a name means that a layer takes away, and so does not follow: a layer that is here, or none."""
         try:
             found = self._located(origin, name, "").file
-        except UnreadableError:
+        except ReadError:
             found = None
         if found in self.packages:
             found = self.packages[found].first
@@ -453,10 +454,10 @@ class _Scan:
             return
         if len(parents) > MAXIMUM_DEPTH:
             message = f"layers include each other more than {MAXIMUM_DEPTH} levels deep"
-            raise UnreadableError(Remark("READ_INCLUDE", "", message))
+            raise ReadError(rules.READ_INCLUDE.at("", message))
         if name in parents:
             circle = " -> ".join(Path(n).name for n in (*parents[parents.index(name) :], name))
-            raise UnreadableError(Remark("READ_INCLUDE", "", f"the layer includes itself: {circle}"))
+            raise ReadError(rules.READ_INCLUDE.at("", f"the layer includes itself: {circle}"))
         for sublayer in self._layers[name].sublayers:
             self._refuse_circles(sublayer, (*parents, name))
         self._acyclic.add(name)
@@ -488,4 +489,4 @@ def _refuse_expression(text: str, place: str) -> None:
     """Refuse what might make a name of a file in a package, which USD would open to see whether it is there."""
     if "[" in text:
         message = "an expression has the sign '[', so that it could mean any file in a package; expected a name"
-        raise UnreadableError(Remark("READ_INCLUDE", place, message))
+        raise ReadError(rules.READ_INCLUDE.at(place, message))

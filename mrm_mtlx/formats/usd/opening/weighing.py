@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pxr import Sdf
 
-from mrm_mtlx.documents.document import Remark, UnreadableError
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+
+    from mrm_mtlx.findings.finding import Finding
 
 # Prims of the composed stage, each as often as layers and references contribute to it: that is what USD has to hold.
 MAXIMUM_PRIMS = 1_000_000
@@ -56,7 +59,7 @@ class Layer:
 
         Raises
         ------
-        UnreadableError
+        ReadError
             If they are nested too deeply, or damaged.
         """
         waiting: list[tuple[Sdf.PrimSpec | None, int]] = [(self.layer.pseudoRoot, -1)]
@@ -66,9 +69,9 @@ class Layer:
                 self.ends[number] = len(self.ends)
                 continue
             if spec is None:
-                raise UnreadableError(Remark("READ_FORMAT", "", "the file is damaged: it lists a prim that it lacks"))
+                raise ReadError(rules.READ_FORMAT.at("", "the file is damaged: it lists a prim that it lacks"))
             if spec.path.pathElementCount > MAXIMUM_DEPTH:
-                raise UnreadableError(too_deep(f"{str(spec.path)[:80]}..."))
+                raise ReadError(too_deep(f"{str(spec.path)[:80]}..."))
             number = self.index[spec.path] = len(self.ends)
             self.ends.append(0)
             yield number, spec
@@ -80,9 +83,9 @@ class Layer:
             waiting += [(child, -1) for child in spec.nameChildren]
 
 
-def too_deep(place: str) -> Remark:
+def too_deep(place: str) -> Finding:
     """What is said of prims that are nested too deeply."""
-    return Remark("READ_TOO_DEEP", place, f"prims are nested more than {MAXIMUM_DEPTH} levels deep")
+    return rules.READ_TOO_DEEP.at(place, f"prims are nested more than {MAXIMUM_DEPTH} levels deep")
 
 
 def refuse_heavy(layers: Mapping[str, Layer]) -> None:
@@ -90,7 +93,7 @@ def refuse_heavy(layers: Mapping[str, Layer]) -> None:
 
     Raises
     ------
-    UnreadableError
+    ReadError
         If it is so.
     """
     weighing = _Weighing(layers)
@@ -124,7 +127,7 @@ class _Weighing:
     def _refuse_chain(self, length: int, path: Sdf.Path) -> None:
         if length > MAXIMUM_CHAIN:
             message = f"its references follow each other in a chain of more than {MAXIMUM_CHAIN}"
-            raise UnreadableError(Remark("READ_TOO_LARGE", str(path), message))
+            raise ReadError(rules.READ_TOO_LARGE.at(str(path), message))
 
     def _stack(self, name: str) -> list[str]:
         """A layer and its sublayers; all layers for ""."""
@@ -157,7 +160,7 @@ class _Weighing:
                 self._instanced.add(target)
             if total > MAXIMUM_PRIMS or self._steps > _MAXIMUM_STEPS:
                 message = f"its references multiply to more than {MAXIMUM_PRIMS} prims"
-                raise UnreadableError(Remark("READ_TOO_LARGE", str(path), message))
+                raise ReadError(rules.READ_TOO_LARGE.at(str(path), message))
         return total
 
     def _default(self, name: str) -> Sdf.Path:

@@ -1,0 +1,34 @@
+"""The retroreflective flag, and what it does."""
+
+from __future__ import annotations
+
+from mrm_mtlx.findings.finding import Rule, Severity
+
+RETRO_UNDEFINED = Rule(
+    "RETRO_UNDEFINED",
+    Severity.ERROR,
+    "node cannot be retroreflective",
+    "The node's definition has no such input. The boolean `retroreflective` exists on conductor_bsdf, "
+    "dielectric_bsdf and generalized_schlick_bsdf, from MaterialX 1.39.5 on. The amounts "
+    "`specular_retroreflectivity` of open_pbr_surface and `retroreflectivity` of standard_surface and gltf_pbr "
+    "are this project's, and not in the standard library.",
+    "Use a node that has the input, or remove it. Amounts need `--library mrm`.",
+)
+
+RETRO_TRANSMISSION = Rule(
+    "RETRO_TRANSMISSION",
+    Severity.WARNING,
+    "retroreflective on a node that only transmits",
+    "With scatter_mode T the node has no reflection, and the flag acts on reflection alone (MaterialX "
+    "specification; Portsmouth et al. 2026, section 5): it does nothing.",
+    "Use scatter_mode R or RT, or remove the flag.",
+)
+
+RETRO_INVISIBLE = Rule(
+    "RETRO_INVISIBLE",
+    Severity.WARNING,
+    "retroreflective lobe cannot be seen",
+    "The lobe's weight is 0 or its reflectance is black, so that the flag or the amount has no visible effect. "
+    "Of a surface model, that is said of all lobes of the base.",
+    "Give the lobe a weight and a reflectance. A dielectric of index 1 reflects nothing.",
+)
