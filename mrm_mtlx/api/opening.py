@@ -188,14 +188,16 @@ def _folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
 
 def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Imported | None, list[Finding]]:
     """A document, None if it cannot be used, and what is to be said of it."""
+    from mrm_mtlx.documents.document import ReadError
     from mrm_mtlx.documents.files import Reach
-    from mrm_mtlx.findings.finding import blocks, capped, finding
-    from mrm_mtlx.formats.reading import ReadError, in_file, read_document
+    from mrm_mtlx.findings import rules
+    from mrm_mtlx.findings.finding import capped
+    from mrm_mtlx.formats.reading import in_file, read_document
     from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.graph_checks import check_graph
 
     if not path.exists():
-        return None, [finding("READ_MISSING", "", f"'{path}' does not exist")]
+        return None, [rules.READ_MISSING.at("", f"'{path}' does not exist")]
     try:
         imported, findings = read_document(path, Reach.beside(path, roots), library, _scratch())
         checked = check_graph(imported.document)
@@ -203,9 +205,9 @@ def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Im
     except ReadError as error:
         return None, [error.finding]
     findings = findings + [in_file(found, imported) for found in checked]
-    usable = not any(blocks(found) for found in findings)
+    usable = not any(found.blocks for found in findings)
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
-    shown = capped(found for found in findings if not found.code.startswith("USD_VALIDATOR"))
+    shown = capped(found for found in findings if not found.rule.of_host)
     return imported if usable else None, shown
 
 
