@@ -79,7 +79,6 @@ class Outputs:
         steps = "\n".join(run.steps)
         if (kept / _STEPS).is_file() and (kept / _STEPS).read_text(encoding="utf-8") == steps:
             return
-        shutil.rmtree(kept, ignore_errors=True)
         with tempfile.TemporaryDirectory(dir=self.folder.parent, prefix="run-") as name:
             place, written = Path(name, "documents"), Path(name, "written")
             shutil.copytree(self.documents, place, symlinks=True)
@@ -92,6 +91,7 @@ class Outputs:
                 (place / "out").rename(written / "out")
             (written / _STEPS).write_text(steps, encoding="utf-8")
             kept.parent.mkdir(parents=True, exist_ok=True)
+            shutil.rmtree(kept, ignore_errors=True)  # of other steps
             written.rename(kept)
 
     def _step(self, step: str, place: Path, written: Path) -> int:
