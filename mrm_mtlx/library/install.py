@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import MaterialX as mx
 
-from mrm_mtlx.library.load import load_library, materialx_version
+from mrm_mtlx.library.dialects import materialx_version
+from mrm_mtlx.library.load import load_library
 from mrm_mtlx.library.paths import node_library_folder
 from mrm_mtlx.library.surface_models import SURFACE_MODELS, extensions_alone
 from mrm_mtlx.system.writing import FileSet

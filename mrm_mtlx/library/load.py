@@ -75,8 +75,3 @@ def _load(origin: Origin) -> DataLibrary:
         search_path.append(ours)
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
     return DataLibrary(origin, document, search_path, extend(document) if origin is Origin.MRM else ())
-
-
-def materialx_version() -> str:
-    """Version of the installed MaterialX, such as "1.39.5"."""
-    return str(mx.getVersionString())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import Origin, load_library, materialx_version, node_library_folder
+from mrm_mtlx.library import Origin, load_library, node_library_folder
 from mrm_mtlx.shadergen import TARGETS
 
 NODES = ("dielectric_bsdf", "conductor_bsdf", "generalized_schlick_bsdf")
@@ -82,10 +82,6 @@ def test_each_library_is_loaded_once():
 
 def test_the_default_library_is_the_same_copy_as_the_one_asked_for_by_name():
     assert load_library() is load_library(Origin.MRM)
-
-
-def test_the_version_is_that_of_the_installed_package():
-    assert materialx_version() == mx.getVersionString()
 
 
 def test_no_file_of_ours_has_the_name_of_a_standard_one(upstream_library):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location
 from mrm_mtlx.findings import rules
-from mrm_mtlx.library.load import materialx_version
+from mrm_mtlx.library.dialects import document_version
 from mrm_mtlx.system.text import text_lines
 from mrm_mtlx.validation.checks.connections import names_only_output
 
@@ -49,6 +49,6 @@ def messages_of_validation(document: mx.Document, messages: str, *, explained: b
 
 def _of_version(document: mx.Document) -> Finding:
     """That MaterialX does not know the document's version."""
-    known = ".".join(materialx_version().split(".")[:2])
+    known = document_version()
     message = f"its version is '{document.getVersionString()}', expected one up to {known}, which MaterialX reads here"
     return rules.DOC_INVALID.at("", message, f'Write version="{known}" if the document is of it, or update MaterialX.')

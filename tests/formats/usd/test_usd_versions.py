@@ -6,7 +6,6 @@ import MaterialX as mx
 import pytest
 
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.formats.usd.importer import versions
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.request import Request
 
@@ -197,14 +196,6 @@ def test_graphs_are_upgraded_inside(stage_of):
 def test_what_the_validators_say_of_nodes_of_1_38_is_noise(stage_of, network):
     read = network(NORMAL, SHADER.format("w", "ND_normalmap", "vector3f inputs:in = (0, 0, 1)"))
     assert [finding for finding in read.findings if finding.code.startswith("USD_")] == []
-
-
-@pytest.mark.parametrize(
-    ("version", "earlier"),
-    [("1.38", True), ("1.37", True), ("1.39", False), ("1.40", False), ("2.0", False), ("x", False), ("1.38.1", False)],
-)
-def test_versions_are_compared_as_numbers(version, earlier):
-    assert versions.is_earlier(version) is earlier
 
 
 def test_a_stage_that_is_written_states_the_version(surface_document, written, stage_of):

@@ -16,6 +16,7 @@ from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.exporter.scope import TERMINALS, Scope, create_outputs, is_connected, reached_from
 from mrm_mtlx.formats.usd.values import COLORED, SDF_TYPES, sdf_type, to_usd
 from mrm_mtlx.library.color_spaces import is_linear
+from mrm_mtlx.library.dialects import version_of
 from mrm_mtlx.shadergen import renderable_elements
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class _Writer:
 
     def __init__(self, document: mx.Document, stage: Usd.Stage, anchored: Callable[[str], str]) -> None:
         self._document, self._stage, self._anchored = document, stage, anchored
-        self._version = ".".join(map(str, document.getVersionIntegers()))
+        self._version = version_of(document)
         self._own = {element.getName() for element in document.getChildren()}  # getChild() knows the library's, too
         self._used: set[str] = set()
         self._lost: list[Finding] = []

@@ -10,9 +10,10 @@ import MaterialX as mx
 from pxr import Sdf, Usd, UsdShade
 
 from mrm_mtlx.findings import rules
-from mrm_mtlx.formats.usd.importer.versions import earlier_definition, is_earlier, is_version, upgraded, version_of
+from mrm_mtlx.formats.usd.importer.versions import earlier_definition, upgraded, version_of
 from mrm_mtlx.formats.usd.prims import TERMINALS, is_closed, is_materialx, space_of, terminals
 from mrm_mtlx.formats.usd.values import COLORED, materialx_type, outputs_of, to_text
+from mrm_mtlx.library.dialects import is_document_version, is_upgraded
 from mrm_mtlx.system.text import shown
 
 if TYPE_CHECKING:
@@ -69,10 +70,10 @@ class Translation:
 def translate(into: Translation, material: UsdShade.Material, place: Callable[[Sdf.Path], str] = str) -> None:
     """Add the network of a material to a translation; `place` gives a path as it is reported."""
     version = version_of(material)
-    if not is_version(version):
+    if not is_document_version(version):
         message = f"its version of MaterialX is {shown(version)}; expected one such as '1.39', which is assumed"
         into.findings.append(rules.INTERCHANGE_LOST.at(place(material.GetPath()), message))
-    if not is_earlier(version):
+    if not is_upgraded(version):
         Network(into, material, place).translate()
         return
     document = mx.createDocument()

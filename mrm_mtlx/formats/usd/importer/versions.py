@@ -7,7 +7,6 @@ it; so does this.
 
 from __future__ import annotations
 
-import re
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 UNSTATED = "1.38"
 # What hosts say it by.
 ATTRIBUTE = "config:mtlx:version"
-_VERSION = re.compile(r"\d{1,4}\.\d{1,4}")
 # Nodes that the upgrade from 1.38 changes.
 _CHANGED = {"swizzle", "normalmap", "atan2", "switch", "thin_film_bsdf", "subsurface_bsdf"}
 _TYPES = ("float", "color3", "color4", "vector2", "vector3", "vector4")
@@ -30,17 +28,6 @@ def version_of(material: UsdShade.Material) -> str:
     """The version of MaterialX that a material's network is of, as it is stated or by default."""
     stated = material.GetPrim().GetAttribute(ATTRIBUTE).Get() if material.GetPrim().HasAttribute(ATTRIBUTE) else None
     return str(stated) if stated else UNSTATED
-
-
-def is_version(text: str) -> bool:
-    """Whether a text is a version of MaterialX."""
-    return _VERSION.fullmatch(text) is not None
-
-
-def is_earlier(version: str) -> bool:
-    """Whether a network of a version has to be upgraded."""
-    major, minor, *_ = mx.getVersionIntegers()
-    return is_version(version) and tuple(map(int, version.split("."))) < (major, minor)
 
 
 def earlier_definition(identifier: str) -> Any:

@@ -1,0 +1,103 @@
+"""Dialects of MaterialX: which version has what, in one table.
+
+Whatever depends on the version of MaterialX asks here, and numbers that do are tables by version
+(`mrm_mtlx.reference.versions`) that `entry` is asked for. Versions are compared in this module and nowhere else.
+
+A version is written with two numbers where it is a document's ("1.39"), with three where it is an installation's
+("1.39.5"). One of two numbers stands for the newest of them: a document of 1.39 may use whatever 1.39 has got since.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import MaterialX as mx
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_Entry = TypeVar("_Entry")
+
+_DOCUMENT_VERSION = re.compile(r"\d{1,4}\.\d{1,4}")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What a version of MaterialX has, and the versions after it up to the next entry of `DIALECTS`.
+
+    Attributes
+    ----------
+    has_retroreflective
+        The flag `retroreflective` of the three microfacet nodes.
+    """
+
+    has_retroreflective: bool
+
+
+DIALECTS = {
+    "1.0": Dialect(has_retroreflective=False),
+    "1.39.5": Dialect(has_retroreflective=True),
+}
+
+
+def materialx_version() -> str:
+    """Version of the installed MaterialX, such as "1.39.5"."""
+    return str(mx.getVersionString())
+
+
+def dialect(version: str) -> Dialect:
+    """The dialect of a version of MaterialX.
+
+    Raises
+    ------
+    LookupError
+        If it is older than every entry.
+
+    Examples
+    --------
+    >>> dialect("1.39.4").has_retroreflective, dialect("1.39").has_retroreflective
+    (False, True)
+    """
+    return entry(DIALECTS, version)
+
+
+def entry(table: Mapping[str, _Entry], version: str) -> _Entry:
+    """The entry for a version of MaterialX in a table by version: the newest that is no newer than it.
+
+    Raises
+    ------
+    LookupError
+        If the version is older than every entry.
+    """
+    wanted = _numbers(version)
+    known = [name for name in table if _numbers(name)[: len(wanted)] <= wanted]
+    if not known:
+        msg = f"MaterialX {version} is older than {min(table, key=_numbers)}, the first version that is known here"
+        raise LookupError(msg)
+    return table[max(known, key=_numbers)]
+
+
+def document_version() -> str:
+    """The newest version of documents that the installed MaterialX reads, such as "1.39"."""
+    return ".".join(materialx_version().split(".")[:2])
+
+
+def version_of(document: Any) -> str:
+    """The version of MaterialX that a document is of, such as "1.39"; the installed one's if it states none."""
+    return ".".join(map(str, document.getVersionIntegers()))
+
+
+def is_document_version(text: str) -> bool:
+    """Whether a text is a version as documents state it."""
+    return _DOCUMENT_VERSION.fullmatch(text) is not None
+
+
+def is_upgraded(version: str) -> bool:
+    """Whether the installed MaterialX upgrades what is of this version of documents; False for what is no version."""
+    return is_document_version(version) and _numbers(version) < _numbers(document_version())
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(map(int, version.split(".")))
