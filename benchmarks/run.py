@@ -62,6 +62,7 @@ def oracle() -> None:
     """Values, densities and samples per second of the lobes, float64."""
     from mrm_mtlx import bsdf
     from mrm_mtlx.bsdf import blocks
+    from mrm_mtlx.reference import versions
 
     v, l, u = directions()
     gold = {**GOLD, "alpha": (0.1, 0.2), "retroreflective": True}
@@ -69,7 +70,9 @@ def oracle() -> None:
     conductor = bsdf.Conductor(**gold)
     lobes = {
         "conductor": conductor,
-        "conductor, energy compensation": bsdf.Conductor(**gold, energy_compensation=True),
+        "conductor, energy compensation": bsdf.Conductor(
+            **gold, energy_compensation=versions.installed().microfacet_albedo.white
+        ),
         "conductor, thin film": bsdf.Conductor(**gold, thinfilm_thickness=400.0),
         "conductor, V-cavities": bsdf.Conductor(**gold, masking="v_cavity"),
         "conductor, Beckmann": bsdf.Conductor(**gold, distribution="beckmann"),

@@ -1,4 +1,4 @@
-"""Rough diffuse reflection (Oren and Nayar; Burley), as MaterialX's nodes have it, in 1/sr without the cosine.
+"""Rough diffuse reflection (Oren and Nayar; Burley), in 1/sr without the cosine.
 
 Directions enter by their cosines alone: n.v, n.l, l.v and l.h, each in (0, 1].
 """
@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.bsdf.intermediates import EXACT
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.bsdf.intermediates import Intermediates
 
 # Constants of Fujii's variant: 1/2 - 2/(3 pi) and 2/3 - 28/(15 pi).
 _FUJII_1 = 0.5 - 2.0 / (3.0 * np.pi)
@@ -41,11 +44,11 @@ def compensated_oren_nayar(
     roughness: ArrayLike,
     color: ArrayLike,
     *,
-    arccos_error: float = 0.0,
+    intermediates: Intermediates = EXACT,
 ) -> Array:
     """Energy-preserving model (EON: Portsmouth, Kutz and Hill 2025), shape of `color` with the samples.
 
-    Fujii's single-scattering lobe plus a multiple-scattering lobe from its albedo; `arccos_error` as in `fujii_albedo`.
+    Fujii's single-scattering lobe plus a multiple-scattering lobe from its albedo, whose `intermediates` they are.
     """
     cos_v, cos_l, color = (np.asarray(x, dtype=float) for x in (cos_v, cos_l, color))
     r = np.asarray(roughness, dtype=float)
@@ -54,31 +57,22 @@ def compensated_oren_nayar(
     a = 1.0 / (1.0 + _FUJII_1 * r)
     single = color * a * (1.0 + r * t)
     mean = fujii_mean_albedo(r)
-    lost_v, lost_l = (np.maximum(1.0 - fujii_albedo(c, r, arccos_error=arccos_error), _EPSILON) for c in (cos_v, cos_l))
+    lost_v, lost_l = (
+        np.maximum(1.0 - fujii_albedo(c, r, intermediates=intermediates), _EPSILON) for c in (cos_v, cos_l)
+    )
     tint = _multiple_scattering_tint(color, mean)
     return np.asarray((single + tint * lost_v * lost_l / np.maximum(1.0 - mean, _EPSILON)) / np.pi)
 
 
-def oren_nayar_albedo_fit(cos_v: ArrayLike, roughness: ArrayLike) -> Array:
-    """Directional albedo of `oren_nayar` of unit colour, a rational fit (MaterialX 1.39.5), shape (...), in [0, 1].
-
-    (1 - 0.4297 r - 0.7632 c r + 1.4385 r^2) / (1 - 0.6076 r - 0.4993 c r + 2.0315 r^2)
-    """
-    c, r = np.asarray(cos_v, dtype=float), np.asarray(roughness, dtype=float)
-    above = 1.0 - 0.4297 * r - 0.7632 * c * r + 1.4385 * r * r
-    below = 1.0 - 0.6076 * r - 0.4993 * c * r + 2.0315 * r * r
-    return np.asarray(np.clip(above / below, 0.0, 1.0))
-
-
 def compensated_oren_nayar_albedo(
-    cos_v: ArrayLike, roughness: ArrayLike, color: ArrayLike, *, arccos_error: float = 0.0
+    cos_v: ArrayLike, roughness: ArrayLike, color: ArrayLike, *, intermediates: Intermediates = EXACT
 ) -> Array:
     """Directional albedo of `compensated_oren_nayar`, shape of `color` with the samples.
 
     `color` for the singly scattered part, its multiply scattered tint for the rest.
     """
     color, r = np.asarray(color, dtype=float), np.asarray(roughness, dtype=float)
-    single = fujii_albedo(cos_v, r, arccos_error=arccos_error)
+    single = fujii_albedo(cos_v, r, intermediates=intermediates)
     return np.asarray(_multiple_scattering_tint(color, fujii_mean_albedo(r)) * (1.0 - single) + color * single)
 
 
@@ -92,15 +86,15 @@ def _multiple_scattering_tint(color: Array, mean: Array) -> Array:
     return np.asarray(color * color * mean / (1.0 - color * np.maximum(1.0 - mean, 0.0)))
 
 
-def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike, *, arccos_error: float = 0.0) -> Array:
+def fujii_albedo(cos_theta: ArrayLike, roughness: ArrayLike, *, intermediates: Intermediates = EXACT) -> Array:
     """Directional albedo of Fujii's lobe of unit colour (Portsmouth et al. 2025, eq. 14), shape (...).
 
-    `arccos_error` is a relative error given to the arc cosine, which hardware evaluates coarsely; 0 is exact.
+    `intermediates` have the arc cosine, which hardware evaluates coarsely.
     """
     c, r = np.asarray(cos_theta, dtype=float), np.asarray(roughness, dtype=float)
     a = 1.0 / (1.0 + _FUJII_1 * r)
     sine = np.sqrt(np.maximum(1.0 - c * c, 0.0))
-    angle = np.arccos(np.clip(c, -1.0, 1.0)) * (1.0 + arccos_error)
+    angle = intermediates.arc_cosine(np.arccos(np.clip(c, -1.0, 1.0)))
     g = sine * (angle - sine * c) + 2.0 * (sine / c * (1.0 - sine**3) - sine) / 3.0
     return np.asarray(a * (1.0 + r * g / np.pi))
 
@@ -120,14 +114,3 @@ def burley(cos_v: ArrayLike, cos_l: ArrayLike, l_h: ArrayLike, roughness: ArrayL
     rise = 2.0 * np.asarray(roughness, dtype=float) * np.square(np.asarray(l_h, dtype=float)) - 0.5
     towards_l, towards_v = (1.0 + rise * (1.0 - np.asarray(c, dtype=float)) ** 5 for c in (cos_l, cos_v))
     return np.asarray(towards_l * towards_v / np.pi)
-
-
-def burley_albedo_fit(cos_v: ArrayLike, roughness: ArrayLike) -> Array:
-    """Directional albedo of `burley`, a curve fit by Stephen Hill (MaterialX 1.39.5), shape (...).
-
-    Linear in the roughness between a + b (1 - c)^5 and a cubic in c = n.v.
-    """
-    c, r = np.asarray(cos_v, dtype=float), np.asarray(roughness, dtype=float)
-    smooth = 0.97619 - 0.488095 * (1.0 - c) ** 5
-    rough = 1.55754 + c * (-2.02221 + c * (2.56283 - 1.06244 * c))
-    return np.asarray(smooth * (1.0 - r) + rough * r)

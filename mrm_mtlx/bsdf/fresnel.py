@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.bsdf.intermediates import EXACT
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.bsdf.intermediates import Intermediates
 
 # The F82 curve is anchored where the cosine is 1/7, about 82 degrees (Hoffman 2023; Kutz et al. 2021).
 COS_82 = 1.0 / 7.0
@@ -63,7 +66,7 @@ def dielectric(cos_theta: ArrayLike, eta: ArrayLike) -> Array:
 
 
 def conductor_polarized(
-    cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, rounding: float = 0.0
+    cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, intermediates: Intermediates = EXACT
 ) -> tuple[Array, Array]:
     """Reflectances (parallel, perpendicular) of a metal with complex index ior + i extinction.
 
@@ -79,9 +82,8 @@ def conductor_polarized(
         Cosine of the incidence angle, in [0, 1].
     ior, extinction : array_like, shape (...)
         Real and imaginary part of the index, relative to the near side, >= 0 and not both 0.
-    rounding
-        Relative error given to a^2 + b^2, from which a^2 is left by cancellation; 0 is exact. It tells how far lower
-        precision may be off.
+    intermediates
+        Has the modulus a^2 + b^2, from which a^2 is left by cancellation.
 
     Returns
     -------
@@ -93,7 +95,7 @@ def conductor_polarized(
     s2 = 1.0 - c2
     n2, k2 = np.square(ior), np.square(extinction)
     real = n2 - k2 - s2
-    modulus = np.sqrt(real * real + 4.0 * n2 * k2) * (1.0 + rounding)
+    modulus = intermediates.modulus(np.sqrt(real * real + 4.0 * n2 * k2))
     ac = np.sqrt(np.maximum(2.0 * (modulus + real), 0.0)) * c  # 2 a c
     sum_s = modulus + c2
     perpendicular = (sum_s - ac) / (sum_s + ac)
@@ -102,7 +104,9 @@ def conductor_polarized(
     return perpendicular * (sum_p - ac) / (sum_p + ac), perpendicular
 
 
-def conductor(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, rounding: float = 0.0) -> Array:
+def conductor(
+    cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, intermediates: Intermediates = EXACT
+) -> Array:
     """Unpolarised reflectance of a metal, shape (...), in [0, 1]; parameters as `conductor_polarized`.
 
     Examples
@@ -110,7 +114,7 @@ def conductor(cos_theta: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, ro
     >>> round(float(conductor(1.0, 0.183, 3.424)), 6)
     0.944221
     """
-    parallel, perpendicular = conductor_polarized(cos_theta, ior, extinction, rounding=rounding)
+    parallel, perpendicular = conductor_polarized(cos_theta, ior, extinction, intermediates=intermediates)
     return 0.5 * (parallel + perpendicular)
 
 

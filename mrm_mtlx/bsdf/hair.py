@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 # Where log I0 changes from its power series to its asymptotic series, and M_p from one form to the other.
 BESSEL_SWITCH = 12.0
 VARIANCE_SWITCH = 0.1
+# Coefficients of `absorption_fit`, lowest power first; its terms partly cancel.
+ABSORPTION_FIT = (5.969, -0.215, 2.532, -10.73, 5.574, 0.245)
 # ln 2 as the implementations of M_p write it.
 _LN_2 = 0.6931
 # Logistic scale per azimuthal scale (Chiang et al. 2016, appendix A).
@@ -96,18 +98,28 @@ def longitudinal(
     return np.asarray(np.where(v < variance_switch, narrow, rough))
 
 
-def azimuthal(phi: ArrayLike, scale: ArrayLike, *, apart: ArrayLike = 0.0, exponential_error: float = 0.0) -> Array:
+def azimuthal(phi: ArrayLike, scale: ArrayLike) -> Array:
     """Azimuthal scattering N_p at an angle phi from the path's own azimuth, shape (...), 1/rad.
 
     A logistic distribution trimmed to [-pi, pi] (Chiang et al. 2016, appendix A), whose integral over a full turn is 1.
-    `apart` is added to the distance from the path's azimuth, not beyond 0; `exponential_error` is a relative error
-    given to the exponential, per unit of the exponent plus one.
     """
-    s = np.asarray(scale, dtype=float) * _LOGISTIC_SCALE
-    turned = np.abs(np.remainder(np.asarray(phi, dtype=float) + np.pi, 2.0 * np.pi) - np.pi)
-    turned = np.clip(turned + np.asarray(apart), 0.0, np.pi)
-    falling = np.exp(-turned / s)
-    falling = np.maximum(falling * (1.0 + exponential_error * (1.0 + turned / s)), 0.0)
+    s = logistic_scale(scale)
+    return trimmed_logistic(np.exp(-angle_between(phi) / s), s)
+
+
+def logistic_scale(scale: ArrayLike) -> Array:
+    """Scale s of the logistic distribution in `azimuthal`, shape (...)."""
+    return np.asarray(np.asarray(scale, dtype=float) * _LOGISTIC_SCALE)
+
+
+def angle_between(phi: ArrayLike) -> Array:
+    """The smaller of the two angles that a difference of azimuths makes, shape (...), in [0, pi]."""
+    return np.asarray(np.abs(np.remainder(np.asarray(phi, dtype=float) + np.pi, 2.0 * np.pi) - np.pi))
+
+
+def trimmed_logistic(falling: ArrayLike, s: Array) -> Array:
+    """Density of `azimuthal` at an angle x of which `falling` is exp(-x / s), shape (...), 1/rad."""
+    falling = np.asarray(falling, dtype=float)
     trimmed = 1.0 / (1.0 + np.exp(-np.pi / s)) - 1.0 / (1.0 + np.exp(np.minimum(np.pi / s, 700.0)))
     return np.asarray(falling / (s * np.square(1.0 + falling)) / trimmed)
 
@@ -143,7 +155,10 @@ def attenuations(reflectance: ArrayLike, transmittance: ArrayLike) -> tuple[Arra
 
 
 def variances(
-    longitudinal_roughness: ArrayLike, azimuthal_roughness: ArrayLike, *, power_errors: tuple[ArrayLike, ArrayLike]
+    longitudinal_roughness: ArrayLike,
+    azimuthal_roughness: ArrayLike,
+    *,
+    high_powers: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> tuple[Array, Array]:
     """Variance v of M_p and scale of N_p from roughnesses (Chiang et al. 2016, section 4.1), shape (...).
 
@@ -153,22 +168,17 @@ def variances(
     ----------
     longitudinal_roughness, azimuthal_roughness : array_like, shape (...)
         In (0, 1].
-    power_errors
-        Absolute errors given to the two high powers; 0 is exact.
+    high_powers
+        r^20 and r^22, where they are known.
     """
     l, a = np.asarray(longitudinal_roughness, dtype=float), np.asarray(azimuthal_roughness, dtype=float)
-    deviation = 0.726 * l + 0.812 * l * l + 3.7 * (l**20 + np.asarray(power_errors[0]))
-    return np.square(deviation), np.asarray(0.265 * a + 1.194 * a * a + 5.372 * (a**22 + np.asarray(power_errors[1])))
+    l20, a22 = (l**20, a**22) if high_powers is None else map(np.asarray, high_powers)
+    return np.square(0.726 * l + 0.812 * l * l + 3.7 * l20), np.asarray(0.265 * a + 1.194 * a * a + 5.372 * a22)
 
 
-def absorption_fit(azimuthal_roughness: ArrayLike) -> tuple[Array, Array]:
+def absorption_fit(azimuthal_roughness: ArrayLike) -> Array:
     """Denominator of the absorption that gives a colour (Chiang et al. 2016, section 4.2), shape (...).
 
-        sigma_a = (ln C / (5.969 - 0.215 r + 2.532 r^2 - 10.73 r^3 + 5.574 r^4 + 0.245 r^5))^2
-
-    With it, the sum of the magnitudes of its terms, which partly cancel.
+    sigma_a = (ln C / (5.969 - 0.215 r + 2.532 r^2 - 10.73 r^3 + 5.574 r^4 + 0.245 r^5))^2
     """
-    r = np.asarray(azimuthal_roughness, dtype=float)
-    coefficients = np.array([5.969, -0.215, 2.532, -10.73, 5.574, 0.245])
-    value = np.polynomial.polynomial.polyval(r, coefficients)
-    return np.asarray(value), np.asarray(np.polynomial.polynomial.polyval(np.abs(r), np.abs(coefficients)))
+    return np.asarray(np.polynomial.polynomial.polyval(np.asarray(azimuthal_roughness, dtype=float), ABSORPTION_FIT))

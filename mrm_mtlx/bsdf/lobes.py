@@ -13,23 +13,27 @@ number, or 1 where light is totally reflected. A metal is black from below.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
-from mrm_mtlx.bsdf import albedo, fresnel, ggx, microfacet
+from mrm_mtlx.bsdf import fresnel, ggx, microfacet
 from mrm_mtlx.bsdf.blocks import evaluate_in_blocks
+from mrm_mtlx.bsdf.compensation import compensation
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough, Smith
 from mrm_mtlx.bsdf.quadrature import ACCURACY, over_unit_square
 from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.bsdf.vectors import color, components
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.bsdf.masking import Distribution
+    from mrm_mtlx.bsdf.compensation import WhiteAlbedo
+    from mrm_mtlx.bsdf.masking import Distribution, Masking
 
 SCATTER_MODES = ("R", "T", "RT")
 SAMPLINGS = ("bounded", "visible")
@@ -89,15 +93,16 @@ class Microfacet(ABC):
         Thickness of a film on the facets [nm]; 0 is none.
     thinfilm_ior : array_like
         Index of refraction of the film, >= 1.
-    energy_compensation
-        Whether multiply scattered reflection is given back (Turquin 2019), for GGX with Smith masking and the width
-        sqrt(alpha_x alpha_y). It knows v alone: such a lobe is not reciprocal.
+    energy_compensation : function, optional
+        Albedo of the white lobe, by which multiply scattered reflection is given back (Turquin 2019), see
+        `compensation.WhiteAlbedo`; for GGX with Smith masking, and taken at the width sqrt(alpha_x alpha_y). None
+        leaves single scattering. It knows v alone: such a lobe is not reciprocal.
 
     Raises
     ------
     ValueError
-        By the methods: if a width is not in (0, 1], a name is none of those above, or a parameter has no shape that
-        broadcasts.
+        By the methods: if a width is not in (0, 1], a name is none of those above, `energy_compensation` is no function
+        or is given for other facets, or a parameter has no shape that broadcasts.
     """
 
     alpha: tuple[ArrayLike, ArrayLike] = (0.05, 0.05)
@@ -107,27 +112,31 @@ class Microfacet(ABC):
     sampling: str = "bounded"
     thinfilm_thickness: ArrayLike = 0.0
     thinfilm_ior: ArrayLike = 1.5
-    energy_compensation: bool = False
+    energy_compensation: WhiteAlbedo | None = None
 
     # Of an interface, a subclass says more.
     scatter_mode: ClassVar[str] = "R"
     retroreflective_btdf: ClassVar[bool] = False
     two_sided: ClassVar[bool] = False
 
+    # Names of the parameters besides the widths, by what they are.
+    _SCALARS: ClassVar[tuple[str, ...]] = ("thinfilm_thickness", "thinfilm_ior")
+    _COLORS: ClassVar[tuple[str, ...]] = ()
+
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
         """BSDF in 1/sr, see `Lobe.eval`."""
-        return self._over_blocks(self._eval, 3, {"v": v, "l": l})
+        return self._over_blocks(type(self)._eval, 3, {"v": v, "l": l})
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
         """Density of `sample`, see `Lobe.pdf`. Reflection is chosen over transmission with the mean of its channels."""
-        return self._over_blocks(self._pdf, 1, {"v": v, "l": l})[..., 0]
+        return self._over_blocks(type(self)._pdf, 1, {"v": v, "l": l})[..., 0]
 
     def sample(self, v: ArrayLike, u: ArrayLike) -> Array:
         """Directions of light, see `Lobe.sample`.
 
         The ordinary model is sampled from v' in the place of v (Portsmouth et al. 2026, section 4).
         """
-        return self._over_blocks(self._sample, 3, {"v": v, "u": u})
+        return self._over_blocks(type(self)._sample, 3, {"v": v, "u": u})
 
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
         """Directional albedo, see `Lobe.albedo`, by quadrature to the absolute `accuracy`.
@@ -142,180 +151,179 @@ class Microfacet(ABC):
         v = components("v", v)
 
         def integrand(u: Array) -> Array:
-            return self._over_blocks(self._scattered, 3, {"v": v, "u": u})
+            return self._over_blocks(type(self)._scattered, 3, {"v": v, "u": u})
 
         return over_unit_square(integrand, v.shape[:-1], accuracy)
 
-    @abstractmethod
-    def _colors(self) -> dict[str, ArrayLike]:
-        """Colours that `_reflectance` takes, and `tint`."""
+    # The methods below are those of one block: its parameters and directions have the components first, (3, m).
 
     @abstractmethod
-    def _scalars(self) -> dict[str, ArrayLike]:
-        """Scalars that `_reflectance` takes."""
-
-    @abstractmethod
-    def _reflectance(self, cos_theta: Array, **parameters: Array) -> Array:
+    def _reflectance(self, cos_theta: Array) -> Array:
         """F of a facet, channels first, for cosines outside."""
 
     def _index(self) -> Array:
-        """Index inside over outside, shape (...); 1 where there is no inside."""
+        """Index inside over outside, shape (m,); 1 where there is no inside."""
         return np.ones(())
 
-    # The methods below run on blocks, components first: (3, m).
+    def _tinted(self, f: Array | float) -> Array:
+        return np.asarray(f)
 
-    def _eval(self, v: Array, l: Array, *, facets: microfacet.Facets, index: Array, **parameters: Array) -> Array:
-        v, l, eta, inside = self._from_above(v, l, index)
-        tint = parameters.pop("tint", 1.0)
+    def _eval(self, v: Array, l: Array) -> Array:
+        v, l, side = self._from_above(v, l)
+        facets = self._facets()
         f: Array | float = 0.0
         if "R" in self.scatter_mode:
-            at = microfacet.reflecting(self._seen(v, self.retroreflective), l)
-            reflectance = self._seen_reflectance(at.v_m, eta, inside, parameters)
-            f = microfacet.reflection(facets, at, reflectance)
-            if self.energy_compensation:
-                white = albedo.white_albedo(at.v[2], np.sqrt(facets.rough.alpha_x * facets.rough.alpha_y))
-                f = f * albedo.compensation(reflectance, white)
+            at = microfacet.reflecting(_seen(v, self.retroreflective), l)
+            reflectance = self._reflectance_from(side, at.v_m)
+            f = self._compensated(microfacet.reflection(facets, at, reflectance), at.v[2], reflectance)
         if "T" in self.scatter_mode:
-            at = microfacet.refracting(self._seen(v, self.retroreflective_btdf), l, eta)
-            transmittance = 1.0 - self._seen_reflectance(np.clip(at.v_m, 0.0, 1.0), eta, inside, parameters)
+            at = microfacet.refracting(_seen(v, self.retroreflective_btdf), l, side.eta)
+            transmittance = 1.0 - self._reflectance_from(side, np.clip(at.v_m, 0.0, 1.0))
             f = f + microfacet.transmission(facets, at, transmittance)
-        return np.asarray(f * tint)
+        return self._tinted(f)
 
-    def _pdf(self, v: Array, l: Array, *, facets: microfacet.Facets, index: Array, **parameters: Array) -> Array:
-        v, l, eta, inside = self._from_above(v, l, index)
+    def _pdf(self, v: Array, l: Array) -> Array:
+        v, l, side = self._from_above(v, l)
+        facets = self._facets()
         density: Array | float = 0.0
         if "R" in self.scatter_mode:
-            at = microfacet.reflecting(self._seen(v, self.retroreflective), l)
+            at = microfacet.reflecting(_seen(v, self.retroreflective), l)
             density = microfacet.reflection_density(facets, at)
             if "T" in self.scatter_mode:
-                density = density * self._choice(at.v_m, eta, inside, parameters)
+                density = density * self._choice(side, at.v_m)
         if "T" in self.scatter_mode:
-            at = microfacet.refracting(self._seen(v, self.retroreflective_btdf), l, eta)
-            refracted = microfacet.transmission_density(facets, at, eta)
+            at = microfacet.refracting(_seen(v, self.retroreflective_btdf), l, side.eta)
+            refracted = microfacet.transmission_density(facets, at, side.eta)
             if "R" in self.scatter_mode:
-                refracted = refracted * (1.0 - self._choice(np.clip(at.v_m, 0.0, 1.0), eta, inside, parameters))
+                refracted = refracted * (1.0 - self._choice(side, np.clip(at.v_m, 0.0, 1.0)))
             density = density + refracted
         return np.asarray(density)[None]
 
-    def _sample(self, v: Array, u: Array, *, facets: microfacet.Facets, index: Array, **parameters: Array) -> Array:
+    def _sample(self, v: Array, u: Array) -> Array:
         seen_below = v[2] < 0.0
-        v, _, eta, inside = self._from_above(v, v, index)
+        v, _, side = self._from_above(v, v)
+        facets = self._facets()
         above = v[2] > 0.0
         v = np.where(above, v, np.array([[0.0], [0.0], [1.0]]))
         if self.scatter_mode == "R":
-            l = microfacet.sample_reflection(facets, self._seen(v, self.retroreflective), u)
+            l = microfacet.sample_reflection(facets, _seen(v, self.retroreflective), u)
         elif self.scatter_mode == "T":
-            seen = self._seen(v, self.retroreflective_btdf)
-            l = microfacet.refract(seen, facets.sample(seen, u)[0], eta)
+            seen = _seen(v, self.retroreflective_btdf)
+            l = microfacet.refract(seen, facets.sample(seen, u)[0], side.eta)
         else:
             # One facet for both: D is reflection-symmetric, so a facet that v sees, mirrored, is one that v' sees, at
             # the same angle; and reflecting or refracting mirrored directions gives the mirrored direction.
             m, choice = facets.sample(v, u)
-            cos_m = np.clip(np.sum(v * m, axis=0), 0.0, 1.0)
-            is_reflected = choice < self._choice(cos_m, eta, inside, parameters)
-            up, down = microfacet.reflect(v, m), microfacet.refract(v, m, eta)
-            l = np.where(
-                is_reflected, self._seen(up, self.retroreflective), self._seen(down, self.retroreflective_btdf)
-            )
+            is_reflected = choice < self._choice(side, np.clip(np.sum(v * m, axis=0), 0.0, 1.0))
+            up, down = microfacet.reflect(v, m), microfacet.refract(v, m, side.eta)
+            l = np.where(is_reflected, _seen(up, self.retroreflective), _seen(down, self.retroreflective_btdf))
         return np.where(above, np.where(seen_below, -l, l), 0.0)
 
-    def _scattered(self, v: Array, u: Array, *, facets: microfacet.Facets, index: Array, **parameters: Array) -> Array:
+    def _scattered(self, v: Array, u: Array) -> Array:
         """Share of what arrives along v that a facet drawn with u scatters: the integrand of the albedo.
 
         Of facets that v sees, F G2 / G1 is reflected to above, (1 - F) G2 / G1 refracted to below (Walter et al. 2007,
         eq. 41, with visible normals).
         """
-        v, _, eta, inside = self._from_above(v, v, index)
+        v, _, side = self._from_above(v, v)
+        facets = self._facets()
         above = v[2] > 0.0
         v = np.where(above, v, np.array([[0.0], [0.0], [1.0]]))
-        tint = parameters.pop("tint", 1.0)
         share: Array | float = 0.0
         for mode, mirrored in (("R", self.retroreflective), ("T", self.retroreflective_btdf)):
             if mode not in self.scatter_mode:
                 continue
-            seen = self._seen(v, mirrored)
+            seen = _seen(v, mirrored)
             m, weight = facets.points(seen, u)
-            reflectance = self._seen_reflectance(np.clip(np.sum(seen * m, axis=0), 0.0, 1.0), eta, inside, parameters)
+            reflectance = self._reflectance_from(side, np.clip(np.sum(seen * m, axis=0), 0.0, 1.0))
             if mode == "R":
                 kept = weight * facets.unhidden(seen, microfacet.reflect(seen, m), m)
-                if self.energy_compensation:
-                    white = albedo.white_albedo(v[2], np.sqrt(facets.rough.alpha_x * facets.rough.alpha_y))
-                    reflectance = reflectance * albedo.compensation(reflectance, white)
-                share = share + kept * reflectance
+                share = share + kept * self._compensated(reflectance, v[2], reflectance)
             else:
-                kept = weight * facets.unhidden(seen, microfacet.refract(seen, m, eta), m)
+                kept = weight * facets.unhidden(seen, microfacet.refract(seen, m, side.eta), m)
                 share = share + kept * (1.0 - reflectance)
-        return np.where(above, share * tint, 0.0)
+        return np.where(above, self._tinted(share), 0.0)
 
-    def _seen(self, v: Array, mirrored: bool) -> Array:
-        return v * np.array([[-1.0], [-1.0], [1.0]]) if mirrored else v  # v', see vectors.mirror
-
-    def _from_above(self, v: Array, l: Array, index: Array) -> tuple[Array, Array, Array, Array | None]:
-        """Directions with v above, the index on the far side over that on its own, and which v are inside."""
-        below = v[2] < 0.0
-        if not self.two_sided or not np.any(below):
-            return v, l, index, None
-        sign = np.where(below, -1.0, 1.0)
-        return v * sign, l * sign, np.where(below, 1.0 / index, index), below
-
-    def _seen_reflectance(self, cos_m: Array, eta: Array, inside: Array | None, parameters: dict[str, Array]) -> Array:
-        """F for a cosine on the side of v, which is inside where `inside` says so."""
-        if inside is None:
-            return self._reflectance(cos_m, **parameters)
-        # Snell: sin outside = sin inside / eta, eta being outside over inside.
-        square = 1.0 - (1.0 - cos_m * cos_m) / np.square(eta)
-        cosine = np.where(inside, np.sqrt(np.maximum(square, 0.0)), cos_m)
-        reflected = np.asarray(inside, dtype=bool) & (square <= 0.0)
-        return np.where(reflected, 1.0, self._reflectance(cosine, **parameters))
-
-    def _choice(self, cos_m: Array, eta: Array, inside: Array | None, parameters: dict[str, Array]) -> Array:
-        """Probability of reflection at a facet, where both reflection and transmission are sampled."""
-        parameters = {name: value for name, value in parameters.items() if name != "tint"}
-        mean = np.mean(self._seen_reflectance(cos_m, eta, inside, parameters), axis=0)
-        return np.asarray(np.clip(mean, 0.0, 1.0))
-
-    def _over_blocks(self, function: Any, components_out: int, vectors: dict[str, ArrayLike]) -> Array:
+    def _facets(self) -> microfacet.Facets:
         distribution, masking = self._parts()
         bounded = self.sampling == "bounded" and self.scatter_mode == "R"
+        return microfacet.Facets(Rough(distribution, *map(np.asarray, self.alpha)), masking, bounded)
 
-        def block(*vectors: Array, alpha_x: Array, alpha_y: Array, **parameters: Array) -> Array:
-            facets = microfacet.Facets(Rough(distribution, alpha_x, alpha_y), masking, bounded)
-            return np.asarray(function(*vectors, facets=facets, **parameters))
+    def _compensated(self, value: Array, cos_v: Array, reflectance: Array) -> Array:
+        """What is reflected, with what is scattered more than once."""
+        if self.energy_compensation is None:
+            return value
+        white = self.energy_compensation(cos_v, np.sqrt(np.multiply(*self.alpha)))
+        return value * compensation(reflectance, white)
 
-        scalars = {
-            "alpha_x": self.alpha[0],
-            "alpha_y": self.alpha[1],
-            "thickness": self.thinfilm_thickness,
-            "film_ior": self.thinfilm_ior,
-            "index": self._index(),
-            **self._scalars(),
-        }
+    def _from_above(self, v: Array, l: Array) -> tuple[Array, Array, _Side]:
+        """Directions with v above, and the side that they were on."""
+        index, below = self._index(), v[2] < 0.0
+        if not self.two_sided or not np.any(below):
+            return v, l, _Side(index)
+        sign = np.where(below, -1.0, 1.0)
+        return v * sign, l * sign, _Side(np.where(below, 1.0 / index, index), below)
+
+    def _reflectance_from(self, side: _Side, cos_m: Array) -> Array:
+        """F for a cosine on the side of v."""
+        if side.inside is None:
+            return self._reflectance(cos_m)
+        # Snell: sin outside = sin inside / eta, eta being outside over inside.
+        square = 1.0 - (1.0 - cos_m * cos_m) / np.square(side.eta)
+        cosine = np.where(side.inside, np.sqrt(np.maximum(square, 0.0)), cos_m)
+        return np.where(side.inside & (square <= 0.0), 1.0, self._reflectance(cosine))
+
+    def _choice(self, side: _Side, cos_m: Array) -> Array:
+        """Probability of reflection at a facet, where both reflection and transmission are sampled."""
+        return np.asarray(np.clip(np.mean(self._reflectance_from(side, cos_m), axis=0), 0.0, 1.0))
+
+    # From here on, the parameters are as the user gave them.
+
+    def _over_blocks(
+        self, function: Callable[[Self, Array, Array], Array], components_out: int, vectors: dict[str, ArrayLike]
+    ) -> Array:
+        """The function of every block, of the lobe with the block's parameters and of the block's two directions."""
+        self._check()
+
+        def block(first: Array, second: Array, alpha_x: Array, alpha_y: Array, **parameters: Any) -> Array:
+            return function(replace(self, alpha=(alpha_x, alpha_y), **parameters), first, second)
+
+        scalars = {"alpha_x": self.alpha[0], "alpha_y": self.alpha[1]}
+        scalars |= {name: getattr(self, name) for name in self._SCALARS}
         return evaluate_in_blocks(
             block,
             {name: np.asarray(value, dtype=float) for name, value in scalars.items()},
-            {name: color(name, value) for name, value in self._colors().items()},
+            {name: color(name, getattr(self, name)) for name in self._COLORS},
             tuple(components(name, value) for name, value in vectors.items()),
             components_out,
         )
 
-    def _parts(self) -> tuple[Distribution, Any]:
-        """Distribution and masking by their names, once all that can be wrong has been looked at."""
+    def _check(self) -> None:
+        """Raise `ValueError` for what is wrong with the parameters, their shapes aside."""
         for alpha in (np.asarray(a, dtype=float) for a in self.alpha):
             if np.any(~((alpha > 0.0) & (alpha <= 1.0))):
                 msg = (
                     f"alpha must be in (0, 1], got {alpha.min():g} to {alpha.max():g}; it is the square of a roughness"
                 )
                 raise ValueError(msg)
+        distribution, masking = self._parts()
+        _one_of("sampling", self.sampling, SAMPLINGS)
+        _one_of("scatter_mode", self.scatter_mode, SCATTER_MODES)
+        if self.energy_compensation is None:
+            return
+        if not callable(self.energy_compensation):
+            msg = f"energy_compensation must be a function of n.v and alpha, got {self.energy_compensation!r}"
+            raise ValueError(msg)
+        if not (distribution is ggx and isinstance(masking, Smith)):
+            msg = "energy_compensation is known for distribution 'ggx' with masking 'smith' or 'smith_separable' alone"
+            raise ValueError(msg)
+
+    def _parts(self) -> tuple[Distribution, Masking]:
+        """Distribution and masking by their names."""
         distribution = self.distribution
         if isinstance(distribution, str):
             distribution = DISTRIBUTIONS[_one_of("distribution", distribution, tuple(DISTRIBUTIONS))]
-        masking = MASKINGS[_one_of("masking", self.masking, tuple(MASKINGS))]
-        _one_of("sampling", self.sampling, SAMPLINGS)
-        _one_of("scatter_mode", self.scatter_mode, SCATTER_MODES)
-        if self.energy_compensation and not (distribution is ggx and isinstance(masking, Smith)):
-            msg = "energy_compensation is known for distribution 'ggx' with masking 'smith' or 'smith_separable' alone"
-            raise ValueError(msg)
-        return distribution, masking
+        return distribution, MASKINGS[_one_of("masking", self.masking, tuple(MASKINGS))]
 
 
 @dataclass(frozen=True)
@@ -340,20 +348,10 @@ class Conductor(Microfacet):
     ior: ArrayLike
     extinction: ArrayLike
 
-    def _colors(self) -> dict[str, ArrayLike]:
-        return {"ior": self.ior, "extinction": self.extinction}
+    _COLORS: ClassVar[tuple[str, ...]] = ("ior", "extinction")
 
-    def _scalars(self) -> dict[str, ArrayLike]:
-        return {}
-
-    def _reflectance(self, cos_theta: Array, **parameters: Array) -> Array:
-        return conductor_reflectance(
-            cos_theta,
-            parameters["ior"],
-            parameters["extinction"],
-            parameters["thickness"],
-            parameters["film_ior"],
-        )
+    def _reflectance(self, cos_theta: Array) -> Array:
+        return conductor_reflectance(cos_theta, self.ior, self.extinction, self.thinfilm_thickness, self.thinfilm_ior)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -403,17 +401,17 @@ class Dielectric(Interface):
     ior: ArrayLike = 1.5
     tint: ArrayLike = 1.0
 
-    def _colors(self) -> dict[str, ArrayLike]:
-        return {"tint": self.tint}
-
-    def _scalars(self) -> dict[str, ArrayLike]:
-        return {"ior": self.ior}
+    _SCALARS: ClassVar[tuple[str, ...]] = (*Interface._SCALARS, "ior")
+    _COLORS: ClassVar[tuple[str, ...]] = ("tint",)
 
     def _index(self) -> Array:
-        return np.asarray(self.ior, dtype=float)
+        return np.asarray(self.ior)
 
-    def _reflectance(self, cos_theta: Array, **parameters: Array) -> Array:
-        return dielectric_reflectance(cos_theta, parameters["ior"], parameters["thickness"], parameters["film_ior"])
+    def _tinted(self, f: Array | float) -> Array:
+        return np.asarray(f * np.asarray(self.tint))
+
+    def _reflectance(self, cos_theta: Array) -> Array:
+        return dielectric_reflectance(cos_theta, self.ior, self.thinfilm_thickness, self.thinfilm_ior)
 
 
 @dataclass(frozen=True)
@@ -437,25 +435,33 @@ class GeneralizedSchlick(Interface):
     color90: ArrayLike = 1.0
     exponent: ArrayLike = 5.0
 
-    def _colors(self) -> dict[str, ArrayLike]:
-        return {"color0": self.color0, "color82": self.color82, "color90": self.color90}
-
-    def _scalars(self) -> dict[str, ArrayLike]:
-        return {"exponent": self.exponent}
+    _SCALARS: ClassVar[tuple[str, ...]] = (*Interface._SCALARS, "exponent")
+    _COLORS: ClassVar[tuple[str, ...]] = ("color0", "color82", "color90")
 
     def _index(self) -> Array:
-        return fresnel.schlick_ior(np.mean(color("color0", self.color0), axis=-1))
+        return fresnel.schlick_ior(np.mean(np.asarray(self.color0), axis=0))
 
-    def _reflectance(self, cos_theta: Array, **parameters: Array) -> Array:
+    def _reflectance(self, cos_theta: Array) -> Array:
         return schlick_reflectance(
             cos_theta,
-            parameters["color0"],
-            parameters["color82"],
-            parameters["color90"],
-            parameters["exponent"],
-            parameters["thickness"],
-            parameters["film_ior"],
+            self.color0,
+            self.color82,
+            self.color90,
+            self.exponent,
+            self.thinfilm_thickness,
+            self.thinfilm_ior,
         )
+
+
+class _Side(NamedTuple):
+    """The side of an interface that v is on: the index beyond over its own, and which v are inside (None: no v is)."""
+
+    eta: Array
+    inside: NDArray[np.bool_] | None = None
+
+
+def _seen(v: Array, mirrored: bool) -> Array:
+    return v * np.array([[-1.0], [-1.0], [1.0]]) if mirrored else v  # v', see vectors.mirror
 
 
 def _one_of(name: str, value: str, choices: tuple[str, ...]) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mrm_mtlx.bsdf import fresnel, thin_film
+from mrm_mtlx.bsdf.intermediates import EXACT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,20 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
-
-
-class Rounding(NamedTuple):
-    """Errors given to quantities that cancel, to see how far lower precision may be off; 0 is exact.
-
-    `modulus` is `rounding` of `fresnel.conductor_polarized` and `thin_film.metal_substrate`, `product` that of
-    `thin_film.reflectance_xyz`.
-    """
-
-    modulus: float = 0.0
-    product: float = 0.0
-
-
-EXACT = Rounding()
+    from mrm_mtlx.bsdf.intermediates import Intermediates
 
 
 def conductor_reflectance(
@@ -37,30 +25,32 @@ def conductor_reflectance(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     *,
-    rounding: Rounding = EXACT,
+    intermediates: Intermediates = EXACT,
 ) -> Array:
-    """Reflectance of a metal under a film where there is one; channel first, shape (3, ...).
-
-    `rounding`, here and below: errors given to what cancels.
-    """
+    """Reflectance of a metal under a film where there is one; channel first, shape (3, ...)."""
 
     def substrate(cos_film: Array, eta: Array) -> thin_film.Substrate:
-        return thin_film.metal_substrate(cos_film, eta, ior, extinction, rounding=rounding.modulus)
+        return thin_film.metal_substrate(cos_film, eta, ior, extinction, intermediates=intermediates)
 
-    plain = fresnel.conductor(cos_theta, ior, extinction, rounding=rounding.modulus)
-    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
+    plain = fresnel.conductor(cos_theta, ior, extinction, intermediates=intermediates)
+    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, intermediates)
 
 
 def dielectric_reflectance(
-    cos_theta: ArrayLike, ior: ArrayLike, thickness_nm: ArrayLike, film_ior: ArrayLike, *, rounding: Rounding = EXACT
+    cos_theta: ArrayLike,
+    ior: ArrayLike,
+    thickness_nm: ArrayLike,
+    film_ior: ArrayLike,
+    *,
+    intermediates: Intermediates = EXACT,
 ) -> Array:
     """Reflectance of a dielectric under a film where there is one; channel first, shape (3, ...) or (1, ...)."""
 
     def substrate(cos_film: Array, eta: Array) -> thin_film.Substrate:
-        return thin_film.metal_substrate(cos_film, eta, ior, np.zeros(()), rounding=rounding.modulus)
+        return thin_film.metal_substrate(cos_film, eta, ior, np.zeros(()), intermediates=intermediates)
 
     plain = fresnel.dielectric(cos_theta, ior)[None]
-    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
+    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, intermediates)
 
 
 def schlick_reflectance(
@@ -72,7 +62,7 @@ def schlick_reflectance(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     *,
-    rounding: Rounding = EXACT,
+    intermediates: Intermediates = EXACT,
 ) -> Array:
     """Reflectance of generalised Schlick under a film where there is one; channel first, shape (3, ...)."""
 
@@ -81,7 +71,7 @@ def schlick_reflectance(
         return thin_film.schlick_substrate(seen, eta, color0)
 
     plain = fresnel.generalized_schlick(cos_theta, color0, color82, color90, exponent)
-    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, rounding)
+    return with_film(plain, cos_theta, thickness_nm, film_ior, substrate, intermediates)
 
 
 def with_film(
@@ -90,7 +80,7 @@ def with_film(
     thickness_nm: ArrayLike,
     film_ior: ArrayLike,
     substrate: Callable[[Array, Array], thin_film.Substrate],
-    rounding: Rounding = EXACT,
+    intermediates: Intermediates = EXACT,
 ) -> Array:
     """`plain` reflectance where the film's thickness is 0, that of film and substrate elsewhere; shape (3, ...)."""
     covered = np.asarray(thickness_nm) > 0.0
@@ -99,5 +89,7 @@ def with_film(
     # MaterialX takes the outside as vacuum: a film thinner than that, optically, has index 1.
     eta = np.maximum(np.asarray(film_ior, dtype=float), 1.0)
     under = substrate(thin_film.cosine_in_film(cos_theta, eta), eta)
-    filmed = thin_film.to_rgb(thin_film.reflectance_xyz(cos_theta, thickness_nm, eta, under, rounding=rounding.product))
+    filmed = thin_film.to_rgb(
+        thin_film.reflectance_xyz(cos_theta, thickness_nm, eta, under, intermediates=intermediates)
+    )
     return np.where(covered, filmed, plain)

@@ -140,6 +140,8 @@ def parameters(case: Case) -> dict[str, Any]:
     for field in fields(case.lobe):
         value = getattr(case.lobe, field.name)
         row[field.name] = list(value) if isinstance(value, tuple) else value
+    if isinstance(case.lobe, Microfacet):
+        row["energy_compensation"] = case.lobe.energy_compensation is not None
     if case.weight is not None:
         row["retroreflectivity"] = case.weight
     return row

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import fresnel
+from mrm_mtlx.bsdf.intermediates import EXACT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.bsdf.intermediates import Intermediates
 
 # Terms of Airy's series beyond the constant one.
 SERIES_TERMS = 2
@@ -69,18 +71,23 @@ def cosine_in_film(cos_theta: ArrayLike, film_ior: ArrayLike) -> Array:
 
 
 def metal_substrate(
-    cos_film: ArrayLike, film_ior: ArrayLike, ior: ArrayLike, extinction: ArrayLike, *, rounding: float = 0.0
+    cos_film: ArrayLike,
+    film_ior: ArrayLike,
+    ior: ArrayLike,
+    extinction: ArrayLike,
+    *,
+    intermediates: Intermediates = EXACT,
 ) -> Substrate:
     """A metal or, with extinction 0, a dielectric under the film; `ior` and `extinction` relative to the outside.
 
     Phases by Belcour and Barla 2017 (from Born and Wolf, section 14.4.1), with U + iV the root of the complex index
-    squared minus (film_ior sin)^2. `rounding` as in `fresnel.conductor_polarized`, for U and V too.
+    squared minus (film_ior sin)^2. `intermediates` have its modulus, and that of `fresnel.conductor_polarized`.
     """
     c, eta1 = np.asarray(cos_film, dtype=float), np.asarray(film_ior, dtype=float)
     eta, kappa = np.asarray(ior, dtype=float), np.asarray(extinction, dtype=float)
-    parallel, perpendicular = fresnel.conductor_polarized(c, eta / eta1, kappa / eta1, rounding=rounding)
+    parallel, perpendicular = fresnel.conductor_polarized(c, eta / eta1, kappa / eta1, intermediates=intermediates)
     real = eta**2 - kappa**2 - eta1**2 * (1.0 - c * c)
-    modulus = np.hypot(real, 2.0 * eta * kappa) * (1.0 + rounding)
+    modulus = intermediates.modulus(np.hypot(real, 2.0 * eta * kappa))
     u = np.sqrt(np.maximum(0.5 * (modulus + real), 0.0))
     v = np.sqrt(np.maximum(0.5 * (modulus - real), 0.0))
     phase_s = np.arctan2(2.0 * eta1 * v * c, u * u + v * v - np.square(eta1 * c))
@@ -108,7 +115,7 @@ def reflectance_xyz(
     film_ior: ArrayLike,
     substrate: Substrate,
     *,
-    rounding: float = 0.0,
+    intermediates: Intermediates = EXACT,
 ) -> Array:
     """Reflectance of film and substrate in CIE XYZ for illuminant E, shape (3, ...), unclamped.
 
@@ -122,10 +129,8 @@ def reflectance_xyz(
         Index of refraction of the film relative to the outside, >= 1.
     substrate
         What lies under the film.
-    rounding
-        Error of the product of the two reflectances before its root is taken, relative to their sum; 0 is exact. Near
-        Brewster's angle, and where film and substrate are alike, one of them is left by cancellation. What it adds is
-        added regardless of phase.
+    intermediates
+        Have the sum up to the first bounce in the film.
     """
     c, eta = np.asarray(cos_theta, dtype=float), np.asarray(film_ior, dtype=float)
     # Optical path difference of neighbouring terms [m].
@@ -137,7 +142,7 @@ def reflectance_xyz(
     envelopes = _envelopes(omega)
 
     def reflected(top: Array, base: Array, phase: Array) -> Array:
-        return _airy(top, base, list(zip(envelopes, _cosines(omega, phase), strict=False)), rounding)
+        return _airy(top, base, list(zip(envelopes, _cosines(omega, phase), strict=False)), intermediates)
 
     parallel = reflected(top_parallel, substrate.parallel, phase_top_parallel + substrate.phase_parallel)
     perpendicular = reflected(top_perpendicular, substrate.perpendicular, np.pi + substrate.phase_perpendicular)
@@ -149,19 +154,13 @@ def to_rgb(xyz: Array) -> Array:
     return np.asarray(np.clip(np.einsum("ij,j...->i...", XYZ_TO_RGB, xyz), 0.0, 1.0))
 
 
-def _airy(top: Array, base: Array, series: Sequence[tuple[Array, Array]], rounding: float) -> Array:
+def _airy(top: Array, base: Array, series: Sequence[tuple[Array, Array]], intermediates: Intermediates) -> Array:
     """Sum over the reflections in the film for one polarisation (Belcour and Barla 2017, eq. 10)."""
     transmitted = 1.0 - top
     direct = transmitted**2 * base / (1.0 - top * base)
-    total = top + direct
     amplitude = direct - transmitted
-    product = np.maximum(top * base, 0.0)
-    round_trip = np.sqrt(product)
-    if rounding:
-        # What the error adds to the first term's amplitude, in whatever phase: where the film's index is the
-        # substrate's, the base reflects nothing but noise, and its phase is noise too.
-        slack = np.sqrt(product + rounding * (top + np.abs(base))) - round_trip
-        total = total + 2.0 * np.abs(amplitude) * slack
+    round_trip = np.sqrt(np.maximum(top * base, 0.0))
+    total = intermediates.first_bounce(top + direct, amplitude, top, base)
     for envelope, cosine in series:
         amplitude = amplitude * round_trip
         total = total + amplitude * 2.0 * _sensitivity(envelope, cosine)

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.bsdf.albedo import albedo_factors
 from mrm_mtlx.bsdf.fresnel import reflectance_at_normal
+from mrm_mtlx.reference import versions
 from mrm_mtlx.reference.closures import Closure, Facets, Light, dielectric, generalized_schlick, layer, mix, oren_nayar
 
 if TYPE_CHECKING:
@@ -271,6 +271,7 @@ def albedos(family: Family, values: Mapping[str, Array], cos_v: Array) -> Array:
     It is that of level lobes; a falling lobe reflects less.
     """
     total, through = np.zeros((len(cos_v), 3)), np.ones((len(cos_v), 1))
+    albedo_factors = versions.installed().microfacet_albedo.factors
     if family.coats:
         a, b = albedo_factors(cos_v, values["coat.alpha"][0])  # the haze has much the same albedo
         total = total + values["coat.weight"][0] * (a * reflectance_at_normal(COAT_IOR) + b)[:, None]

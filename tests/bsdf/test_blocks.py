@@ -12,8 +12,12 @@ import pytest
 
 from mrm_mtlx.bsdf import Conductor, GeneralizedSchlick
 from mrm_mtlx.bsdf.blocks import BLOCK, evaluate_in_blocks, processors
+from mrm_mtlx.reference import versions
 
 EPS = np.finfo(float).eps
+
+# Of a white lobe, as MaterialX's shaders have it.
+WHITE_ALBEDO = versions.installed().microfacet_albedo.white
 
 # Relative to the lobe. A film's phase is up to 100 rad, and its cosine, exponential and arc tangent may be a rounding
 # apart between NumPy's vector loops and what they leave over; its colour is a sum with coefficients up to 2.4.
@@ -29,7 +33,7 @@ def per_sample_lobe(count: int, rng: np.random.Generator, thickness: float = 0.0
         retroreflective=True,
         thinfilm_thickness=np.where(rng.uniform(size=count) < 0.5, 0.0, thickness),
         thinfilm_ior=rng.uniform(1.1, 2.0, count),
-        energy_compensation=True,
+        energy_compensation=WHITE_ALBEDO,
     )
 
 

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mrm_mtlx.bsdf import Conductor, Dielectric, GeneralizedSchlick, albedo, back_vector, fresnel, ggx, mirror
+from mrm_mtlx.bsdf import Conductor, Dielectric, GeneralizedSchlick, back_vector, fresnel, ggx, mirror
+from mrm_mtlx.bsdf.compensation import compensation
 from mrm_mtlx.bsdf.vectors import dot
+from mrm_mtlx.reference import versions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
 EPS = np.finfo(float).eps
+
+# Of a white lobe, as MaterialX's shaders have it.
+WHITE_ALBEDO = versions.installed().microfacet_albedo.white
 
 # Share of the samples, or of the views, in which a planted error has to show.
 MOST = 0.5
@@ -117,7 +122,7 @@ def test_fresnel_at_the_unmirrored_view_is_not_reciprocal(rng, hemisphere):
 
 def test_compensated_lobes_are_not_reciprocal_and_not_claimed_to_be(rng, hemisphere):
     # Turquin's factor knows the view alone.
-    lobe = replace(LOBES["metal"], energy_compensation=True)
+    lobe = replace(LOBES["metal"], energy_compensation=WHITE_ALBEDO)
     assert asymmetry(lobe, lobe, hemisphere(rng, 1000), hemisphere(rng, 1000)) > MOST
 
 
@@ -131,7 +136,7 @@ def substitution_misses(candidate: Lobe, base: Lobe, v: Array, l: Array) -> floa
 
 @by_lobe
 def test_a_retroreflective_lobe_is_the_ordinary_one_seen_from_the_mirrored_view(rng, direction_pairs, lobe):
-    for base in (lobe, replace(lobe, energy_compensation=True)):
+    for base in (lobe, replace(lobe, energy_compensation=WHITE_ALBEDO)):
         retro = replace(base, retroreflective=True)
         assert substitution_misses(retro, base, *direction_pairs(rng, 2000)) == 0.0
 
@@ -247,7 +252,7 @@ FURNACE_TOL = 0.05
 @by_flag
 def test_a_compensated_white_lobe_returns_all_light(lobe_directions, polar, alpha, retroreflective):
     lobe = GeneralizedSchlick(1.0, alpha=(alpha, alpha), retroreflective=retroreflective)
-    gains = furnace_gain(lambda x: replace(x, energy_compensation=True), lobe, lobe_directions, polar)
+    gains = furnace_gain(lambda x: replace(x, energy_compensation=WHITE_ALBEDO), lobe, lobe_directions, polar)
     assert np.max(np.abs(gains)) < FURNACE_TOL
     if alpha > 0.2:
         assert np.min(furnace_gain(lambda x: x, lobe, lobe_directions, polar)) < -FURNACE_TOL
@@ -262,8 +267,8 @@ def test_compensation_multiplies_the_lobe_by_its_factor(rng, direction_pairs, lo
     plain, full = lobe.eval(v, l), white(lobe).eval(v, l)
     # The tint stands outside: light that bounces twice is not tinted twice.
     f = plain / full / np.asarray(tint)
-    factor = albedo.compensation(f, albedo.white_albedo(v[:, 2], np.sqrt(np.prod(lobe.alpha)))[:, None])
-    found = replace(lobe, energy_compensation=True).eval(v, l)
+    factor = compensation(f, WHITE_ALBEDO(v[:, 2], np.sqrt(np.prod(lobe.alpha)))[:, None])
+    found = replace(lobe, energy_compensation=WHITE_ALBEDO).eval(v, l)
     # Relative to the white lobe; the quotients cost a few roundings.
     np.testing.assert_array_less(np.abs(found - plain * factor), 32 * EPS * full)
     assert np.mean(np.abs(found - plain) > 32 * EPS * full) > MOST
@@ -372,4 +377,10 @@ def test_names_that_are_none_are_refused(name, value, choices):
 @pytest.mark.parametrize("parts", [{"distribution": "beckmann"}, {"masking": "v_cavity"}])
 def test_compensation_without_a_fitted_albedo_is_refused(parts):
     with pytest.raises(ValueError, match=r"^energy_compensation is known for distribution 'ggx' with masking 'smith'"):
-        Dielectric(energy_compensation=True, **parts).eval(V, V)
+        Dielectric(energy_compensation=WHITE_ALBEDO, **parts).eval(V, V)
+
+
+@pytest.mark.parametrize("given", [True, False, 0.5])
+def test_compensation_that_is_no_function_is_refused(given):
+    with pytest.raises(ValueError, match=rf"^energy_compensation must be a function of n\.v and alpha, got {given}$"):
+        Conductor(0.2, 3.4, energy_compensation=given).eval(V, V)

@@ -9,6 +9,7 @@ import pytest
 
 from mrm_mtlx import bsdf
 from mrm_mtlx.bsdf.testvectors import DIGITS, cases, direction, rows
+from mrm_mtlx.reference import versions
 
 # Relative, of a value printed with `DIGITS` digits for directions printed with as many: the narrowest lobe, alpha
 # 0.0025, turns an error e of a direction into 4 e / alpha of its logarithm (slope over width, twice squared).
@@ -24,6 +25,9 @@ def from_row(row: dict[str, Any]) -> bsdf.Lobe:
     """The lobe that a row's parameters describe."""
     known = {"case", "model", "retroreflectivity", "v", "l", "f", "pdf", "albedo"}
     parameters = {name: value for name, value in row.items() if name not in known and not name.endswith("_deg")}
+    if "energy_compensation" in row:
+        given = versions.installed().microfacet_albedo.white if row["energy_compensation"] else None
+        parameters["energy_compensation"] = given
     lobe = getattr(bsdf, row["model"])(**parameters)
     return bsdf.partially_retroreflective(lobe, row["retroreflectivity"]) if "retroreflectivity" in row else lobe
 

@@ -7,7 +7,7 @@ import pytest
 
 from mrm_mtlx import bsdf
 from mrm_mtlx.plots.documents import surface_curve
-from mrm_mtlx.reference import Surface
+from mrm_mtlx.reference import Surface, versions
 
 METAL = """<conductor_bsdf name="bsdf" type="BSDF"><input name="roughness" type="vector2" value="0.2, 0.2"/>
 <input name="retroreflective" type="boolean" value="{flag}"/></conductor_bsdf>"""
@@ -33,8 +33,9 @@ def curve_of(surface_document):
 @pytest.mark.parametrize("flag", ["false", "true"])
 def test_a_conductor_is_that_of_the_optics(curve_of, is_the_curve_of, flag, azimuth):
     curve = curve_of(METAL.format(flag=flag), 0.7, azimuth)
-    lobe = bsdf.Conductor(**GOLD, retroreflective=flag == "true", energy_compensation=True)
-    other = bsdf.Conductor(**GOLD, retroreflective=flag != "true", energy_compensation=True)
+    white_albedo = versions.installed().microfacet_albedo.white
+    lobe = bsdf.Conductor(**GOLD, retroreflective=flag == "true", energy_compensation=white_albedo)
+    other = bsdf.Conductor(**GOLD, retroreflective=flag != "true", energy_compensation=white_albedo)
     assert is_the_curve_of(curve, lobe.eval, azimuth, PARAMETERS)
     assert not is_the_curve_of(curve, other.eval, azimuth, PARAMETERS)
 

@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrm_mtlx.bsdf import Conductor, Dielectric, GeneralizedSchlick, albedo, diffuse, fresnel
+from mrm_mtlx.bsdf import Conductor, Dielectric, GeneralizedSchlick, diffuse, fresnel
+from mrm_mtlx.bsdf.compensation import compensation
 from mrm_mtlx.bsdf.vectors import mirror
-from mrm_mtlx.reference import Surface, closures
+from mrm_mtlx.reference import Surface, closures, versions
 from mrm_mtlx.reference.closures import Closure
 
 EPS = np.finfo(float).eps
+
+# Albedos of MaterialX's shaders.
+ALBEDO_FACTORS = versions.installed().microfacet_albedo.factors
+WHITE_ALBEDO = versions.installed().microfacet_albedo.white
 
 # Share of the samples in which a planted error has to show.
 MOST = 0.5
@@ -66,7 +71,9 @@ def lobe_misses(surface: Surface, lobe, points) -> float:
     v, l = points.view, points.light
     seen = mirror(v) if lobe.retroreflective else v
     expected = lobe.eval(v, l) * l[:, 2:]
-    white = GeneralizedSchlick(1.0, alpha=lobe.alpha, retroreflective=lobe.retroreflective, energy_compensation=True)
+    white = GeneralizedSchlick(
+        1.0, alpha=lobe.alpha, retroreflective=lobe.retroreflective, energy_compensation=WHITE_ALBEDO
+    )
     direction_error = 16 * EPS / np.linalg.norm(seen + l, axis=-1, keepdims=True)
     grazing = 16 * EPS / np.minimum(v[:, 2:], l[:, 2:])
     film_error = 4.0 * np.sqrt(EPS) if lobe.thinfilm_thickness else 0.0
@@ -83,11 +90,11 @@ def test_a_response_is_the_compensated_lobe_times_the_cosine(
     document = surface_document(text.format(FLAG.format(flag)))
     surface = Surface(document.getNode("m"))
     points = flat_points(*direction_pairs(rng, 4000))
-    lobe = replace(lobe, alpha=(ALPHA, ALPHA), retroreflective=flag == "true", energy_compensation=True)
+    lobe = replace(lobe, alpha=(ALPHA, ALPHA), retroreflective=flag == "true", energy_compensation=WHITE_ALBEDO)
     assert lobe_misses(surface, lobe, points) == 0.0
     for wrong in (
         replace(lobe, retroreflective=not lobe.retroreflective),
-        replace(lobe, energy_compensation=False),
+        replace(lobe, energy_compensation=None),
         replace(lobe, alpha=(1.001 * ALPHA, ALPHA)),
     ):
         assert lobe_misses(surface, wrong, points) > MOST
@@ -99,7 +106,7 @@ def test_masking_of_an_anisotropic_surface_uses_the_mean_width(surface_document,
         "</conductor_bsdf>"
     )
     v, l = polar(np.array([0.8, 0.8]), np.array([0.0, 1.0])), polar(np.array([0.9, 0.9]), np.array([2.5, 3.5]))
-    true_widths = Conductor(GOLD_N, GOLD_K, alpha=(0.5, 0.125), energy_compensation=True).eval(v, l) * l[:, 2:]
+    true_widths = Conductor(GOLD_N, GOLD_K, alpha=(0.5, 0.125), energy_compensation=WHITE_ALBEDO).eval(v, l) * l[:, 2:]
     ratio = Surface(document.getNode("m")).response(flat_points(v, l)) / true_widths
     # Not the lobe of the papers, but near it; all channels alike, since D and F are the same.
     np.testing.assert_allclose(ratio, ratio[:, :1] * np.ones(3), rtol=64 * EPS)
@@ -190,18 +197,18 @@ V, L = np.array([[0.6, 0.0, 0.8], [0.0, 0.28, 0.96]]), np.array([[0.0, 0.6, 0.8]
 
 
 def coat_response() -> np.ndarray:
-    lobe = Dielectric(1.5, alpha=(ALPHA, ALPHA), energy_compensation=True)
+    lobe = Dielectric(1.5, alpha=(ALPHA, ALPHA), energy_compensation=WHITE_ALBEDO)
     return 0.5 * lobe.eval(V, L) * L[:, 2:]
 
 
 def coat_throughput() -> np.ndarray:
     """1 - weight * albedo * compensation, with Fresnel at the half-vector, as MaterialX has it."""
-    a, b = albedo.albedo_factors(V[:, 2], ALPHA)
+    a, b = ALBEDO_FACTORS(V[:, 2], ALPHA)
     f0 = fresnel.reflectance_at_normal(1.5)
     m = V + L
     cos_m = np.sum(V * m, axis=-1) / np.linalg.norm(m, axis=-1)
-    compensation = albedo.compensation(fresnel.dielectric(cos_m, 1.5), a + b)
-    return (1.0 - 0.5 * (a * f0 + b) * compensation)[:, None]
+    gain = compensation(fresnel.dielectric(cos_m, 1.5), a + b)
+    return (1.0 - 0.5 * (a * f0 + b) * gain)[:, None]
 
 
 def paint_response() -> np.ndarray:
@@ -210,22 +217,22 @@ def paint_response() -> np.ndarray:
 
 
 def glaze_response() -> np.ndarray:
-    lobe = GeneralizedSchlick([0.5, 0.25, 0.125], alpha=(ALPHA, ALPHA), energy_compensation=True)
+    lobe = GeneralizedSchlick([0.5, 0.25, 0.125], alpha=(ALPHA, ALPHA), energy_compensation=WHITE_ALBEDO)
     return 0.5 * lobe.eval(V, L) * L[:, 2:]
 
 
 def glaze_throughput() -> np.ndarray:
     """Grey: the mean of the channels of 1 - weight * albedo * compensation."""
-    a, b = (factor[:, None] for factor in albedo.albedo_factors(V[:, 2], ALPHA))
+    a, b = (factor[:, None] for factor in ALBEDO_FACTORS(V[:, 2], ALPHA))
     f0 = np.array([0.5, 0.25, 0.125])
     m = V + L
     cos_m = (np.sum(V * m, axis=-1) / np.linalg.norm(m, axis=-1))[:, None]
-    compensation = albedo.compensation(fresnel.generalized_schlick(cos_m, f0, 1.0, 1.0, 5.0), a + b)
-    return np.mean(1.0 - 0.5 * (a * f0 + b) * compensation, axis=-1, keepdims=True)
+    gain = compensation(fresnel.generalized_schlick(cos_m, f0, 1.0, 1.0, 5.0), a + b)
+    return np.mean(1.0 - 0.5 * (a * f0 + b) * gain, axis=-1, keepdims=True)
 
 
 def sparks_response() -> np.ndarray:
-    return Conductor(GOLD_N, GOLD_K, alpha=(ALPHA, ALPHA), energy_compensation=True).eval(V, L) * L[:, 2:]
+    return Conductor(GOLD_N, GOLD_K, alpha=(ALPHA, ALPHA), energy_compensation=WHITE_ALBEDO).eval(V, L) * L[:, 2:]
 
 
 COMBINATIONS = {

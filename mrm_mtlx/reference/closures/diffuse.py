@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.bsdf import diffuse
+from mrm_mtlx.bsdf.intermediates import EXACT
 from mrm_mtlx.bsdf.subsurface import diffusion_profile
 from mrm_mtlx.reference.closures.light import (
     EPSILON,
@@ -22,6 +23,7 @@ from mrm_mtlx.reference.closures.light import (
     unit,
 )
 from mrm_mtlx.reference.float32 import precision
+from mrm_mtlx.reference.float32.intermediates import Perturbed
 from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, SINE_ERROR, exponential_error, widened
 from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR
 from mrm_mtlx.reference.models import Model
@@ -45,15 +47,15 @@ def oren_nayar(
         return opaque(np.zeros((3, 1)))
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
-    arccos_error = precision.ARCCOS_ERROR if light.moves("reflectance") else 0.0
+    within = Perturbed(arc_cosine_error=precision.ARCCOS_ERROR) if light.moves("reflectance") else EXACT
     if light.mode is Mode.INDIRECT:
-        compensated = diffuse.compensated_oren_nayar_albedo(cos_v, roughness, color, arccos_error=arccos_error)
-        plain = color * diffuse.oren_nayar_albedo_fit(cos_v, roughness)
+        compensated = diffuse.compensated_oren_nayar_albedo(cos_v, roughness, color, intermediates=within)
+        plain = color * light.numbers.oren_nayar_albedo.albedo(cos_v, roughness)
         seen = environment(light).irradiance(n) * np.where(energy_compensation, compensated, plain)
     else:
         cos_l, v_l = cosine(n, light.l), cosine(light.l, light.v)
         plain = color * diffuse.oren_nayar(cos_v, cos_l, v_l, roughness)
-        compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color, arccos_error=arccos_error)
+        compensated = diffuse.compensated_oren_nayar(cos_v, cos_l, v_l, roughness, color, intermediates=within)
         seen = np.where(energy_compensation, compensated, plain) * cos_l
     # Cycles has an Oren-Nayar model of its own, neither of these two; without roughness all are Lambert's.
     other = light.model is Model.CLOSURES and np.any(roughness != 0.0)
@@ -67,7 +69,8 @@ def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: 
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
     if light.mode is Mode.INDIRECT:
-        return _weighted(environment(light).irradiance(n) * diffuse.burley_albedo_fit(cos_v, roughness) * color, weight)
+        albedo = light.numbers.burley_albedo.albedo(cos_v, roughness)
+        return _weighted(environment(light).irradiance(n) * albedo * color, weight)
     cos_l, l_h = cosine(n, light.l), cosine(light.l, unit(light.l + light.v))
 
     def lobe(beside: Array | float = 0.0) -> Array:

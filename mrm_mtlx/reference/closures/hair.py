@@ -165,8 +165,19 @@ def _path(
         return np.asarray(along * rest * tint * share + 3.0 * flushed)
     # Of the exponential 3 + 2 x ulp, of its argument's division and constants four more per unit.
     apart, error = at.phi - _exit_azimuth(at, fibre.ior, path), exponentials * 6.0 * ULP
-    about = hair.azimuthal(apart, scale, apart=azimuth, exponential_error=error) + 2.0 * flushed / scale
+    about = _azimuthal(apart, scale, azimuth, error) + 2.0 * flushed / scale
     return np.asarray(along * about * tint * share + 3.0 * flushed)
+
+
+def _azimuthal(phi: Array, scale: Array, azimuth: Array | float, exponential_error: float) -> Array:
+    """N_p: the distance from the path's azimuth displaced, not beyond 0, and the exponential off by a relative error.
+
+    `exponential_error` is per unit of the exponent plus one.
+    """
+    s = hair.logistic_scale(scale)
+    apart = np.clip(hair.angle_between(phi) + azimuth, 0.0, np.pi)
+    falling = np.maximum(np.exp(-apart / s) * (1.0 + exponential_error * (1.0 + apart / s)), 0.0)
+    return hair.trimmed_logistic(falling, s)
 
 
 def _exit_azimuth(at: _Geometry, ior: Array, path: int, **displaced: Array | float) -> Array:

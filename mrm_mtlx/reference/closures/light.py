@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from mrm_mtlx.reference import versions
 from mrm_mtlx.reference.models import Model
 
 if TYPE_CHECKING:
@@ -75,6 +76,8 @@ class Environment:
 class Light:
     """The directions of an evaluation: `v`, `l`, shape (3, samples); `part` and `share`: see `rounding.Move`.
 
+    `numbers` are those of the MaterialX whose shaders are evaluated.
+
     `environment` is given in the modes INDIRECT and TRANSMISSION, where `l` has no meaning.
     """
 
@@ -85,6 +88,7 @@ class Light:
     mode: Mode = Mode.REFLECTION
     environment: Environment | None = None
     share: float = 1.0
+    numbers: versions.Numbers = field(default_factory=versions.installed)
 
     def moves(self, part: str) -> bool:
         """Whether this part of `rounding.PARTS` is to be taken at the edge of its error."""

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.bsdf import albedo, fresnel, ggx
-from mrm_mtlx.bsdf.reflectance import Rounding, conductor_reflectance, dielectric_reflectance, schlick_reflectance
+from mrm_mtlx.bsdf import fresnel, ggx
+from mrm_mtlx.bsdf.compensation import compensation
+from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
 from mrm_mtlx.reference.closures.glossy import reflected_radiance, refracted_radiance
 from mrm_mtlx.reference.closures.light import (
     EPSILON,
@@ -28,6 +29,7 @@ from mrm_mtlx.reference.closures.light import (
     unit,
 )
 from mrm_mtlx.reference.float32 import precision
+from mrm_mtlx.reference.float32.intermediates import Perturbed
 from mrm_mtlx.reference.float32.precision import ROOT_ERROR
 from mrm_mtlx.reference.float32.rounding import UNIT
 from mrm_mtlx.reference.models import Model
@@ -93,7 +95,7 @@ def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Cl
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
         n, k = _over(c, ior), _over(c, extinction)
-        return conductor_reflectance(c, n, k, *film, rounding=_rounding(light, facets, bare_modulus=True))
+        return conductor_reflectance(c, n, k, *film, intermediates=_intermediates(light, facets, bare_modulus=True))
 
     seen = _evaluate(light, facets, _Interface(reflectance, lambda _a, _b: np.zeros(())))
     return Closure(seen.response, np.zeros((3, 1)), seen.foreign)
@@ -106,7 +108,7 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
 
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
-        seen = dielectric_reflectance(c, ior, *film, rounding=_rounding(light, facets))
+        seen = dielectric_reflectance(c, ior, *film, intermediates=_intermediates(light, facets))
         return seen + precision.amplitude_error(seen, c, ior) if light.moves("reflectance") else seen
 
     f0, tint = fresnel.reflectance_at_normal(ior), np.maximum(tint, 0.0)
@@ -125,7 +127,7 @@ def generalized_schlick(
     def with_film(c: Array, film_ior: Array) -> Array:
         film = facets.thinfilm_thickness, film_ior
         at_0, at_82, at_90 = (_over(c, color) for color in (color0, color82, color90))
-        return schlick_reflectance(c, at_0, at_82, at_90, exponent, *film, rounding=_rounding(light, facets))
+        return schlick_reflectance(c, at_0, at_82, at_90, exponent, *film, intermediates=_intermediates(light, facets))
 
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)
@@ -158,15 +160,15 @@ def _over(cosine: Array, color: Array) -> Array:
     return color if cosine.ndim < 2 else color[:, None]
 
 
-def _rounding(light: Light, facets: Facets, *, bare_modulus: bool = False) -> Rounding:
+def _intermediates(light: Light, facets: Facets, *, bare_modulus: bool = False) -> Perturbed:
     """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved.
 
     That is under a film, and in a metal (`bare_modulus`) without one as well.
     """
     filmed = bool(np.any(facets.thinfilm_thickness > 0.0))
-    return Rounding(
-        modulus=ROOT_ERROR if (filmed or bare_modulus) and light.moves("modulus") else 0.0,
-        product=ROOT_ERROR if filmed and light.moves("product") else 0.0,
+    return Perturbed(
+        modulus_error=ROOT_ERROR if (filmed or bare_modulus) and light.moves("modulus") else 0.0,
+        product_error=ROOT_ERROR if filmed and light.moves("product") else 0.0,
     )
 
 
@@ -175,7 +177,8 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     v, cos_v, frame = light.kept("frame", lambda: _frame(light, facets))
     widths = facets.widths
     mean_alpha = np.sqrt(widths[0] * widths[1])
-    a, b = light.kept("albedo", lambda: albedo.albedo_factors(cos_v, mean_alpha))
+    albedo = light.numbers.microfacet_albedo
+    a, b = light.kept("albedo", lambda: albedo.factors(cos_v, mean_alpha))
     reflectance = partial(_moved_reflectance, light, facets, interface)
     if light.mode is Mode.REFLECTION:
         cos_m, lobe = light.kept("lobe", lambda: _distributed(light, v, cos_v, frame, widths))
@@ -183,16 +186,16 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
         cos_m, lobe = cos_v, light.kept("lobe", lambda: _around(light, facets, interface, v, frame))
     f = light.kept("reflectance", lambda: reflectance(cos_m))
     if light.moves("albedo") and light.model is Model.HARDWARE:
-        a = a + UNIT * albedo.albedo_condition(cos_v, mean_alpha)
-    compensation = albedo.compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
+        a = a + UNIT * albedo.condition(cos_v, mean_alpha)
+    gain = compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
     match light.mode:
         case Mode.REFLECTION:
-            response = f * compensation * lobe
+            response = f * gain * lobe
         case Mode.INDIRECT:
-            response = compensation * lobe
+            response = gain * lobe
         case Mode.TRANSMISSION:
             response = lobe
-    lost = interface.white(a, b) * compensation
+    lost = interface.white(a, b) * gain
     lost = np.mean(lost, axis=0, keepdims=True) if grey else lost
     on = facets.weight >= EPSILON
     return Closure(

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 
 CONTY_KULLA, ZELTNER = "conty_kulla", "zeltner"
 
+# Roughness below which the exponent of the fibres' distribution grows no more, and the least of the transformed cosine.
+LEAST_FIBRE_ROUGHNESS = 0.005
+LEAST_COSINE_ROUGHNESS = 0.01
+
 # Of a cosine near 1: three rounded products and their sum, of directions that have their own roundings. In full.
 _COSINE_ERROR = ROUNDING_FACTOR * UNIT
 
@@ -38,7 +42,7 @@ def sheen(light: Light, mode: str, weight: Array, color: Array, roughness: Array
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
     if mode == ZELTNER:
-        roughness = np.clip(roughness, cloth.LEAST_LTC_ROUGHNESS, 1.0)
+        roughness = np.clip(roughness, LEAST_COSINE_ROUGHNESS, 1.0)
     albedo, error = _albedo(light, cos_v, roughness, mode)
     if light.mode is Mode.INDIRECT:
         lobe = environment(light).irradiance(n) * (albedo + error)
@@ -56,17 +60,20 @@ def _albedo(light: Light, cos_v: Array, roughness: Array, mode: str) -> tuple[Ar
     """The fitted albedo, and its error in the moved part."""
     rounding = UNIT if light.moves("albedo") else 0.0
     if mode == CONTY_KULLA:
-        exact, moved = (cloth.fibre_albedo(cos_v, roughness, rounding=r) for r in (0.0, rounding))
+        fibres = light.numbers.fibre_albedo
+        exact, moved = (fibres.albedo(cos_v, roughness, rounding=r) for r in (0.0, rounding))
         return exact, moved - exact
     # The exponential's error is 3 + 2 |exponent| ulp (GLSL 4.60, section 4.7.1).
     exponential = 3.0 * ULP / ROUNDING_FACTOR if light.moves("functions") else 0.0
-    exact = cloth.ltc_albedo(cos_v, roughness)
-    moved = cloth.ltc_albedo(cos_v, roughness, rounding=rounding, exponential_error=exponential)
+    cosine_fit = light.numbers.cloth_cosine
+    exact = cosine_fit.albedo(cos_v, roughness)
+    moved = cosine_fit.albedo(cos_v, roughness, rounding=rounding, exponential_error=exponential)
     return exact, moved - exact
 
 
 def _fibres(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
     """The lobe of Conty and Kulla times the cosine of l."""
+    roughness = np.maximum(roughness, LEAST_FIBRE_ROUGHNESS)
     cos_l, cos_h = cosine(n, light.l), cosine(n, unit(light.l + light.v))
     exponent = 0.5 * cloth.fibre_exponent(roughness)
     sin2_h = 1.0 - np.square(cos_h)
@@ -98,9 +105,10 @@ def _ltc(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
     x = np.where(squared > 0.0, across / np.sqrt(np.where(squared > 0.0, squared, 1.0)), 0.0)
     lx, lz = dot(light.l, x), dot(light.l, n)
     ly = np.sqrt(np.maximum(dot(light.l, light.l) - lx * lx - lz * lz, 0.0))
-    a = cloth.ltc_scale(cos_v, roughness)
+    fit = light.numbers.cloth_cosine
+    a = fit.scale(cos_v, roughness)
 
     def density(lost: float = 0.0) -> Array:
-        return cloth.ltc_density(lx, ly, lz, a, cloth.ltc_shear(cos_v, roughness, lost=lost))
+        return cloth.ltc_density(lx, ly, lz, a, fit.shear(cos_v, roughness, lost=lost))
 
     return widened(density, lost=_COSINE_ERROR) if light.moves("reflectance") else density()

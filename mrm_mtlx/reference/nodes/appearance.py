@@ -113,7 +113,8 @@ def _absorption_from_melanin(inputs: Inputs) -> Value:
 def _absorption_from_color(inputs: Inputs) -> Value:
     """Absorption that gives hair of an azimuthal roughness a colour; see `bsdf.hair.absorption_fit`."""
     color, roughness = np.clip(inputs.array("color"), 0.001, 1.0), inputs.array("azimuthal_roughness")
-    fit, condition = hair.absorption_fit(roughness)
+    fit = hair.absorption_fit(roughness)
+    condition = np.polynomial.polynomial.polyval(np.abs(roughness), np.abs(hair.ABSORPTION_FIT))
     root = np.log(color) / fit
     error = logarithm_error(color) / ROUNDING_FACTOR + UNIT * condition * np.abs(root)
     return np.square(root) + _functions(inputs) * 2.0 * np.abs(root) * error / np.abs(fit)
@@ -124,8 +125,11 @@ def _hair_roughness(inputs: Inputs) -> dict[str, Value]:
     """Variance and azimuthal scale of the paths from artists' roughnesses; see `bsdf.hair.variances`."""
     along, about = (np.clip(inputs.array(name), 0.001, 1.0) for name in ("longitudinal", "azimuthal"))
     functions = _functions(inputs)
-    powers = [functions * power_error(base, np.asarray(k), fast=False) for base, k in ((along, 20.0), (about, 22.0))]
-    variance, scale = hair.variances(along, about, power_errors=(powers[0], powers[1]))
+    l20, a22 = (
+        base**k + functions * power_error(base, np.asarray(float(k)), fast=False)
+        for base, k in ((along, 20), (about, 22))
+    )
+    variance, scale = hair.variances(along, about, high_powers=(l20, a22))
 
     def path(factor: Array | float) -> Array:
         return np.stack(np.broadcast_arrays(np.atleast_1d(variance * np.square(factor)), scale))
