@@ -34,17 +34,18 @@ def conformance(
     """
     from mrm_mtlx.cli.console import progress
     from mrm_mtlx.cli.options import chosen_targets, write_report
-    from mrm_mtlx.conformance import SCHEMA, TARGETS, run
-    from mrm_mtlx.engines.osl import RuntimeFailure
+    from mrm_mtlx.conformance import SCHEMA, run
+    from mrm_mtlx.conformance import targets as conformance_targets
+    from mrm_mtlx.engines.base import EngineFailure
     from mrm_mtlx.library import Origin
     from mrm_mtlx.validation.reports import finite
     from mrm_mtlx.validation.runner import engines, versions
 
-    targets = chosen_targets(target, TARGETS)
+    targets = chosen_targets(target, conformance_targets())
     try:
         with progress("comparing") as report:
             results = list(run(targets, samples, seed, Origin(library.value), report))
-    except RuntimeFailure as error:
+    except EngineFailure as error:
         typer.echo(f"mrm: {error}", err=True)
         raise typer.Exit(2) from error
     statuses = [result.status for result in results]

@@ -10,7 +10,7 @@ import typer
 from mrm_mtlx.cli.options import TableFormat
 
 if TYPE_CHECKING:
-    from mrm_mtlx.engines.availability import Availability
+    from mrm_mtlx.engines.base import Availability
 
 
 def register(app: typer.Typer) -> None:
@@ -31,6 +31,7 @@ def doctor(
     if coverage:
         _print_coverage(report_format)
         return
+    from mrm_mtlx.engines import registry
     from mrm_mtlx.library import load_library, node_library_folder
     from mrm_mtlx.shadergen import available_targets
     from mrm_mtlx.validation.runner import versions
@@ -63,7 +64,8 @@ def doctor(
             )
             if state.remedy:
                 typer.echo(f"{'':20}to add it: {state.remedy}")
-    raise typer.Exit(0 if engines["gl"][1].available else 1)
+    runner = registry.engine_for("glsl", registry.runs)
+    raise typer.Exit(0 if runner and runner.availability().available else 1)
 
 
 def _print_coverage(report_format: TableFormat) -> None:
@@ -93,13 +95,7 @@ def _print_coverage(report_format: TableFormat) -> None:
 
 
 def survey() -> dict[str, tuple[str, Availability]]:
-    """Engines and compilers by name: what each is for, and whether it is there."""
-    from mrm_mtlx.engines import compilers, gl, osl
+    """Engines by name: what each is for, and whether it works here."""
+    from mrm_mtlx.engines import registry
 
-    return {
-        "gl": ("compiles and runs glsl and essl", gl.availability()),
-        "vulkan": ("compiles Vulkan GLSL", compilers.vulkan_availability()),
-        "slang": ("compiles Slang", compilers.slang_availability()),
-        "osl": ("compiles OSL", osl.compiler_availability()),
-        "cycles": ("runs and renders OSL", osl.availability()),
-    }
+    return {name: (engine.use, engine.availability()) for name, engine in registry.engines().items()}

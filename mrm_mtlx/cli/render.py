@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
+import click
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, Timeout, refuse_missing_folder
@@ -21,11 +22,18 @@ class ShapeName(StrEnum):
     CONE = "cone"
 
 
-class Engine(StrEnum):
-    """What renders."""
+class EngineChoice(click.Choice[str]):
+    """The names of the engines that render, looked up when they are needed."""
 
-    GL = "gl"
-    CYCLES = "cycles"
+    def __init__(self) -> None:
+        self.case_sensitive = True
+
+    @property
+    def choices(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The names, in the order of the registry."""
+        from mrm_mtlx.engines import registry
+
+        return tuple(name for name, engine in registry.engines().items() if registry.renders(engine))
 
 
 def register(app: typer.Typer) -> None:
@@ -56,10 +64,15 @@ def render(
     element: Annotated[
         str | None, typer.Option("--element", metavar="NAME", help="Renderable element; default: the first.")
     ] = None,
-    engine: Annotated[
-        Engine,
-        typer.Option("--engine", help="The generated GLSL in the OpenGL driver, or the OSL, path-traced in Cycles."),
-    ] = Engine.GL,
+    engine_name: Annotated[
+        str | None,
+        typer.Option(
+            "--engine",
+            click_type=EngineChoice(),
+            help="The generated GLSL in the OpenGL driver, or the OSL, path-traced in Cycles.",
+            show_default="the first",
+        ),
+    ] = None,
     paths: Annotated[
         int, typer.Option("--paths", min=1, max=1 << 16, help="Paths per pixel, with --engine cycles.")
     ] = 64,
@@ -77,8 +90,8 @@ def render(
     from mrm_mtlx.cli.documents import open_document
     from mrm_mtlx.documents.document_images import ImagesTooLargeError
     from mrm_mtlx.documents.images import read_image
-    from mrm_mtlx.engines import gl, osl
-    from mrm_mtlx.engines.compile_error import CompileError
+    from mrm_mtlx.engines import registry
+    from mrm_mtlx.engines.base import CompileError, EngineFailure
     from mrm_mtlx.library import Origin, load_library
     from mrm_mtlx.render import path_traced, picture
     from mrm_mtlx.shadergen import GenerationError, OslMode
@@ -89,7 +102,8 @@ def render(
     refuse_missing_folder(output, "--output")
     if exposure is not None and not -100.0 <= exposure <= 100.0:
         raise typer.BadParameter(f"{exposure}: expected -100 to 100 stops", param_hint="--exposure")
-    available = gl.availability() if engine is Engine.GL else osl.availability()
+    engine = registry.engines()[engine_name or EngineChoice().choices[0]]
+    available = engine.availability()
     if not available.available:
         typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)
         raise typer.Exit(2)
@@ -100,12 +114,12 @@ def render(
         settings = picture.PictureOptions(shape.value, _light_angle(light), size, surroundings, compare)
         child.allow(picture.memory(settings))
         surface = (opened.elements[0], data, opened.imported.reach, settings)
-        if engine is Engine.GL:
-            picture.write(picture.render(*surface), output, exposure)
+        if engine.path_tracer is None:
+            picture.write(picture.render(*surface, engine), output, exposure)
         else:
             with progress("rendering") as report:
-                mode = OslMode(osl_mode.value)
-                panels = path_traced.render(*surface, paths=paths, seed=seed, mode=mode, progress=report)
+                mode, tracer = OslMode(osl_mode.value), engine.path_tracer
+                panels = path_traced.render(*surface, tracer, paths=paths, seed=seed, mode=mode, progress=report)
             picture.write(panels, output, exposure, oversampling=1)
     except ImagesTooLargeError as error:
         raise typer.BadParameter(f"{path} has {error}", param_hint="PATH") from error
@@ -117,7 +131,7 @@ def render(
     except CompileError as error:
         typer.echo(printable(f"error SHADER_COMPILE: {error}"), err=True)
         raise typer.Exit(1) from error
-    except osl.RuntimeFailure as error:
+    except EngineFailure as error:
         typer.echo(f"mrm: {error}", err=True)
         raise typer.Exit(2) from error
     typer.echo(f"wrote {output}", err=True)

@@ -9,19 +9,30 @@ from mrm_mtlx.conformance import hardware, osl
 from mrm_mtlx.conformance.cases import NODES, Case, cases
 from mrm_mtlx.conformance.new_nodes import NewCase, new_cases
 from mrm_mtlx.conformance.results import SCHEMA, Approximation, CaseResult
+from mrm_mtlx.engines import registry
+from mrm_mtlx.shadergen import TARGETS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from mrm_mtlx.library import Origin
 
-__all__ = ["NODES", "SCHEMA", "TARGETS", "Approximation", "Case", "CaseResult", "NewCase", "cases", "new_cases", "run"]
+__all__ = ["NODES", "SCHEMA", "Approximation", "Case", "CaseResult", "NewCase", "cases", "new_cases", "run", "targets"]
 
-TARGETS = (*hardware.TARGETS, osl.TARGET)
+
+def targets() -> tuple[str, ...]:
+    """Names of the targets that an engine runs, in the order of `shadergen.TARGETS`, then OSL."""
+    return (*_drawn(), *([osl.TARGET] if osl.TARGET in registry.targets(registry.measures_closures) else []))
+
+
+def _drawn() -> tuple[str, ...]:
+    """Targets of which an engine gives colours at points."""
+    running = registry.targets(registry.runs)
+    return tuple(name for name in TARGETS if name in running)
 
 
 def run(
-    targets: Sequence[str],
+    chosen_targets: Sequence[str],
     samples: int,
     seed: int,
     origin: Origin,
@@ -35,18 +46,18 @@ def run(
     Raises
     ------
     ValueError
-        If a target is not one that runs here by design (`TARGETS`).
+        If a target is not one of `targets`.
     """
-    unknown = sorted(set(targets) - set(TARGETS))
+    unknown = sorted(set(chosen_targets) - set(targets()))
     if unknown:
-        msg = f"conformance runs on {', '.join(TARGETS)}, not on {', '.join(unknown)}"
+        msg = f"conformance runs on {', '.join(targets())}, not on {', '.join(unknown)}"
         raise ValueError(msg)
     todo = list(chosen or [*cases(), *(new_cases() if origin == "mrm" else [])])
-    drawn = [target for target in hardware.TARGETS if target in targets]
+    drawn = [target for target in _drawn() if target in chosen_targets]
     steps: list[Callable[[], Iterator[CaseResult]]] = []
     if drawn:
         steps += [partial(hardware.run_case, case, drawn, samples, seed, origin) for case in todo]
-    if osl.TARGET in targets:
+    if osl.TARGET in chosen_targets:
         steps += osl.steps(todo, samples, seed, origin)
     for count, step in enumerate(steps, start=1):
         yield from step()

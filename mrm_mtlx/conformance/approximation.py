@@ -1,4 +1,4 @@
-"""How near the aligned lobe of OSL is to the exact one: integrals over all directions of the light, in Cycles.
+"""The error of the aligned lobe of OSL: integrals over all directions of the light, in a renderer.
 
 One render per angle between v and l has a facet for every width, view angle, material and azimuth of l about v; a
 quadrature over the angles makes the integrals of it. So the figures are those of the renderer's closures, and not of a
@@ -15,7 +15,6 @@ import numpy as np
 from mrm_mtlx import bsdf
 from mrm_mtlx.conformance.cases import Case, case_document
 from mrm_mtlx.conformance.results import Approximation
-from mrm_mtlx.engines import osl
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.sampling import perpendicular
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.bsdf.lobes import Lobe
+    from mrm_mtlx.engines.base import ClosureBench
 
 ALPHAS = (0.0025, 0.01, 0.04, 0.1)
 VIEWS_DEG = (0.0, 15.0, 30.0, 45.0, 60.0)
@@ -94,6 +94,7 @@ def bounds(node: str, alpha: float) -> tuple[float, float]:
 
 
 def measure_aligned(
+    bench: ClosureBench,
     node: str,
     alphas: Sequence[float] = ALPHAS,
     views_deg: Sequence[float] = VIEWS_DEG,
@@ -105,8 +106,8 @@ def measure_aligned(
 
     Raises
     ------
-    RuntimeFailure
-        If there is no Cycles, or it dies.
+    EngineFailure
+        If there is no renderer, or it dies.
     """
     materials = [m for m in MATERIALS if m.node == node]
     shape = (len(alphas), len(views_deg), azimuths)
@@ -118,14 +119,14 @@ def measure_aligned(
     for name in materials[0].inputs:
         inputs[f"lobe_{name}"] = np.repeat([m.inputs[name] for m in materials], len(alpha), axis=0)
     normals = np.tile(normal, (len(materials), 1))
-    seen = osl.true_normals(normals).astype(float).reshape(len(materials), len(alpha), 3)
+    seen = bench.true_normals(normals).astype(float).reshape(len(materials), len(alpha), 3)
     radius = np.geomspace(*_RANGE, angles)
     angle = 2.0 * np.arctan(radius)
     # Each sun at another azimuth, so that the horizon, where the lobe ends, meets the azimuths anew.
     start = 2.0 * np.pi * (_GOLDEN * np.arange(angles) % 1.0)
     suns = np.stack([np.sin(angle) * np.cos(start), np.sin(angle) * np.sin(start), np.cos(angle)], axis=1)
-    shader = osl.compile_for_cycles(_source(node), f"aligned_{node}")
-    lit = osl.direct_light(shader, normals, inputs, suns).reshape(angles, len(materials), len(alpha), 3)
+    program = bench.compile(_source(node), f"aligned_{node}")
+    lit = program.direct_light(normals, inputs, suns).reshape(angles, len(materials), len(alpha), 3)
     errors, found_sums, exact_sums = (np.zeros(lit.shape[1:]) for _ in range(3))
     for r, sun, found in zip(radius, suns, lit, strict=True):
         exact = np.stack([_exact(m.lobe(alpha), n, sun) for m, n in zip(materials, seen, strict=True)])

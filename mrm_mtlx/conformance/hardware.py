@@ -1,4 +1,4 @@
-"""The cases in the OpenGL engine: generated GLSL and ESSL against the oracle."""
+"""The cases in the engines that give colours at points: generated code of the GLSL family against the oracle."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.conformance.new_nodes import document_of, expected, points_of
 from mrm_mtlx.conformance.oracle import Oracle
 from mrm_mtlx.conformance.results import CaseResult
-from mrm_mtlx.engines import gl
+from mrm_mtlx.engines import registry
 from mrm_mtlx.library import Origin, load_library
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate, renderable_elements
@@ -15,29 +15,44 @@ from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare, draw
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from mrm_mtlx.conformance.cases import Case
-
-TARGETS = ("glsl", "essl")
+    from mrm_mtlx.engines.base import Engine
+    from mrm_mtlx.validation.comparison import Comparison
 
 
 def run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin: Origin) -> Iterator[CaseResult]:
     """Results of a case, one per target; the oracle is evaluated once."""
-    available = gl.availability()
-    if not available.available:
-        reason = available.reason
-        yield from (CaseResult(case, target, "gl", None, reason) for target in targets)
-        return
+    engines = {target: _engine(target) for target in targets}
+    states = {target: engine.availability() for target, engine in engines.items()}
+    working = {target: engine for target, engine in engines.items() if states[target].available}
+    compared = _compare(case, working, samples, seed, origin) if working else {}
+    for target, engine in engines.items():
+        reason = None if target in working else states[target].reason
+        yield CaseResult(case, target, engine.name, compared.get(target), reason)
+
+
+def _engine(target: str) -> Engine:
+    engine = registry.engine_for(target, registry.runs)
+    if engine is None:
+        msg = f"no engine runs {target}"
+        raise ValueError(msg)
+    return engine
+
+
+def _compare(
+    case: Case, engines: Mapping[str, Engine], samples: int, seed: int, origin: Origin
+) -> dict[str, Comparison]:
+    """The comparison of a case on each target, in its engine."""
     library = load_library(origin)
     document = document_of(case, library.document)
     element = renderable_elements(document)[0]
     points = points_of(case, samples, sampling.generator(seed, case.name))
     with Oracle(Surface(element), points) as oracle:
         found = {}
-        for target in targets:
-            with gl.SurfaceProgram(generate(element, target, library)) as program:
+        for target, engine in engines.items():
+            with engine.compile(generate(element, target, library)) as program:
                 found[target] = draw(program, points)
         tolerance = expected(case, points, oracle.tolerance(), library.document)
-    for target in targets:
-        yield CaseResult(case, target, "gl", compare(found[target], tolerance, points), None)
+    return {target: compare(colors, tolerance, points) for target, colors in found.items()}

@@ -1,10 +1,10 @@
-"""The cases in Cycles: the OSL of the node library against the oracle.
+"""The cases in OSL: the node library in a renderer that measures what closures reflect, against the oracle.
 
 Four variants, as the library has them:
 
 * functions: `f(v', l) cos(l)` in OSL, sample by sample;
 * closures: flag off, what the renderer's own closures reflect of a sun;
-* cycles: flag on, the surface met again from v' through a ray portal;
+* the mode that is exact in the renderer, in Cycles: flag on, the surface met again from v' through a ray portal;
 * aligned: flag on, a standard closure in a turned frame, approximate: L1 error and albedo against stated bounds.
 
 The nodes that MaterialX has not are graphs of these: the share of prismatic sheeting is exact, as closures; partial
@@ -15,7 +15,6 @@ MaterialX's own implementation has closures alone, with the flag off and on.
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -35,30 +34,27 @@ from mrm_mtlx.conformance.new_nodes import (
 )
 from mrm_mtlx.conformance.oracle import Oracle
 from mrm_mtlx.conformance.results import CaseResult
-from mrm_mtlx.engines import osl
+from mrm_mtlx.engines import registry
 from mrm_mtlx.library import Origin, load_library, node_library_folder
 from mrm_mtlx.reference import Model, ShadingPoints, Surface, Tolerance
 from mrm_mtlx.reference.float32.rounding import SMALLEST, UNIT
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare
-from mrm_mtlx.validation.osl_light import ANGLES_DEG, PORTAL_STEP
+from mrm_mtlx.validation.osl_light import ANGLES_DEG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
-    from pathlib import Path
 
     import MaterialX as mx
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.engines.base import ClosureBench, ClosureProgram, Engine
     from mrm_mtlx.library import DataLibrary
 
 TARGET = "osl"
-ENGINE = "cycles"
 
-# Cycles leaves out closures of a weight below this.
-_SMALLEST_WEIGHT = 1e-5
 # The weight of a closure may have its reflectance in it; what reflects less than this does not show in a sum.
 _LEAST_REFLECTANCE = 0.016
 
@@ -71,6 +67,7 @@ def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> lis
     plain = [case for case in cases if not case.film]
     if origin is Origin.UPSTREAM:
         return [partial(_run, case, "closures", partial(_closures, origin=origin), samples, seed) for case in plain]
+    exact = _bench()[1].exact_mode
     variants: list[tuple[Case, str, Callable[..., CaseResult]]] = []
     for case in cases:
         if isinstance(case, NewCase):
@@ -85,28 +82,38 @@ def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> lis
         if not case.retroreflective:
             variants.append((case, "closures", partial(_closures, origin=origin)))
             continue
-        variants.append((case, "cycles", partial(_closures, origin=origin, mode=OslMode.CYCLES)))
+        variants.append((case, exact, partial(_closures, origin=origin, mode=exact)))
         if not case.anisotropic:
-            variants.append((case, "aligned", _aligned))
+            variants.append((case, OslMode.ALIGNED, _aligned))
     return [partial(_run, *variant, samples, seed) for variant in variants]
 
 
 def _run(case: Case, variant: str, measure: Callable[..., CaseResult], samples: int, seed: int) -> Iterator[CaseResult]:
-    available = osl.availability()
+    engine, bench = _bench()
+    available = engine.availability()
     if not available.available:
-        yield CaseResult(case, TARGET, ENGINE, None, available.reason, variant)
+        yield CaseResult(case, TARGET, engine.name, None, available.reason, variant)
         return
-    yield measure(case, variant, samples, seed)
+    yield measure(case, variant, samples, seed, bench)
 
 
-def _functions(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
+def _bench() -> tuple[Engine, ClosureBench]:
+    engine = registry.engine_for(TARGET, registry.measures_closures)
+    if engine is None or engine.bench is None:
+        msg = f"no engine runs {TARGET}"
+        raise ValueError(msg)
+    return engine, engine.bench
+
+
+def _functions(case: Case, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
     """The exact functions, at the samples that the hardware targets have."""
     points = case_points(case, samples, sampling.generator(seed, case.name))
     with Oracle(_surface(case, Origin.MRM), points) as oracle:
-        shader = compile_function(case.node.removesuffix("_bsdf"), points.properties, case.retroreflective)
-        found = osl.evaluate(shader, _function_inputs(points))
+        name = case.node.removesuffix("_bsdf")
+        program = compile_function(bench, name, points.properties, case.retroreflective)
+        found = program.emitted(_function_inputs(points))
         comparison = compare(found, oracle.tolerance(), points)
-    return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
+    return CaseResult(case, TARGET, bench.name, comparison, None, variant)
 
 
 def _surface(case: Case, origin: Origin) -> Surface:
@@ -132,11 +139,10 @@ _ARGUMENTS = {
 }
 
 
-def compile_function(name: str, properties: Mapping[str, Array], retroreflective: bool) -> Path:
+def compile_function(
+    bench: ClosureBench, name: str, properties: Mapping[str, Array], retroreflective: bool
+) -> ClosureProgram:
     """Compile a shader that emits what `mrm_NAME_response` of the OSL library returns; for inputs of these shapes."""
-    folder = osl.process.runtime().folder
-    for file in sorted((node_library_folder() / "pbrlib" / "genosl" / "lib").glob("*.osl")):
-        shutil.copy(file, folder)
     declared = [f"color {n} = 0" if v.ndim == 2 else f"float {n} = 0" for n, v in shader_parameters(properties).items()]
     declared += [f"vector {n} = 0" for n in ("to_view", "to_light", "facing", "along")]
     film = ["lobe_thinfilm_thickness", "lobe_thinfilm_ior"] if "thinfilm_ior" in properties else ["0.0", "1.5"]
@@ -148,35 +154,36 @@ def compile_function(name: str, properties: Mapping[str, Array], retroreflective
         "    vector2 roughness = {roughness_in1, roughness_in2};\n"
         f"    out = emission() * mrm_{name}_response({call});\n}}\n"
     )
-    return osl.compile_for_cycles(source, f"evaluate_{name}")
+    headers = sorted((node_library_folder() / "pbrlib" / "genosl" / "lib").glob("*.osl"))
+    return bench.compile(source, f"evaluate_{name}", headers)
 
 
 def _closures(
-    case: Case, variant: str, samples: int, seed: int, *, origin: Origin, mode: OslMode = OslMode.ALIGNED
+    case: Case, variant: str, samples: int, seed: int, bench: ClosureBench, *, origin: Origin, mode: OslMode = OslMode.ALIGNED
 ) -> CaseResult:
     """What the closures of the generated shader reflect of suns at several angles."""
     library = load_library(origin)
     surface = _surface(case, origin)
-    shader = _compiled(document_of(case, library.document, from_properties=False), library, mode)
-    groups, points = _sun_points(case, samples, seed)
+    program = _compiled(bench, document_of(case, library.document, from_properties=False), library, mode)
+    groups, points = _sun_points(case, samples, seed, bench)
     with Oracle(surface, points) as oracle:
-        found = _reflected(shader, groups)
+        found = _reflected(program, groups)
         tolerance = expected(case, points, oracle.tolerance(), library.document)
     if case.node == WEIGHT_NODE:
-        tolerance = Tolerance(tolerance.expected, tolerance.allowed + _SMALLEST_WEIGHT / np.pi)
-    return CaseResult(case, TARGET, ENGINE, compare(found, tolerance, points), None, variant)
+        tolerance = Tolerance(tolerance.expected, tolerance.allowed + bench.smallest_weight / np.pi)
+    return CaseResult(case, TARGET, bench.name, compare(found, tolerance, points), None, variant)
 
 
-def _parts(case: NewCase, variant: str, samples: int, seed: int) -> CaseResult:
+def _parts(case: NewCase, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
     """What the graph's closures reflect, beside the sum of what the two closures in it do alone."""
     library = load_library()
-    groups, points = _sun_points(case, samples, seed)
+    groups, points = _sun_points(case, samples, seed, bench)
     document = document_of(case, library.document, from_properties=False)
-    found = _reflected(_compiled(document, library), groups)
+    found = _reflected(_compiled(bench, document, library), groups)
     amount = points.properties[AMOUNT].astype(float)[:, None]
     plain = [replace(g, properties={n: v for n, v in g.properties.items() if n != AMOUNT}) for g in groups]
     documents = (standard_document(case, flag, library.document, from_properties=False) for flag in (False, True))
-    ordinary, retroreflective = (_reflected(_compiled(d, library), plain).astype(float) for d in documents)
+    ordinary, retroreflective = (_reflected(_compiled(bench, d, library), plain).astype(float) for d in documents)
     sums = (1.0 - amount) * ordinary + amount * retroreflective
     allowed = _SUM_ROUNDINGS * UNIT * np.abs(sums) + SMALLEST
     # A part whose closure weighs too little is left out by the renderer.
@@ -184,29 +191,33 @@ def _parts(case: NewCase, variant: str, samples: int, seed: int) -> CaseResult:
     if "tint" in points.properties:
         weight = weight * np.mean(points.properties["tint"], axis=1, keepdims=True)
     for share, part in ((1.0 - amount, ordinary), (amount, retroreflective)):
-        allowed = allowed + np.where(share * weight * _LEAST_REFLECTANCE <= _SMALLEST_WEIGHT, share * part, 0.0)
+        allowed = allowed + np.where(share * weight * _LEAST_REFLECTANCE <= bench.smallest_weight, share * part, 0.0)
     comparison = compare(found, Tolerance(sums, allowed), points)
-    return CaseResult(case, TARGET, ENGINE, comparison, None, variant)
+    return CaseResult(case, TARGET, bench.name, comparison, None, variant)
 
 
-def _compiled(document: mx.Document, library: DataLibrary, mode: OslMode = OslMode.ALIGNED) -> Path:
+def _compiled(
+    bench: ClosureBench, document: mx.Document, library: DataLibrary, mode: OslMode = OslMode.ALIGNED
+) -> ClosureProgram:
     source = generate(renderable_elements(document)[0], TARGET, library, mode).sources["pixel"]
-    return osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {PORTAL_STEP}\n{source}", "case")
+    return bench.compile(source, "case")
 
 
-def _sun_points(case: Case, samples: int, seed: int) -> tuple[list[ShadingPoints], ShadingPoints]:
+def _sun_points(
+    case: Case, samples: int, seed: int, bench: ClosureBench
+) -> tuple[list[ShadingPoints], ShadingPoints]:
     """Samples per sun, and all of them with the normals that the renderer has for them."""
     rng = sampling.generator(seed, case.name)
     count = -(-samples // len(ANGLES_DEG))
     groups = [points_at_angle(case, count, float(angle), rng) for angle in np.deg2rad(ANGLES_DEG)]
     together = ShadingPoints.joined(groups)
-    return groups, replace(together, normal=osl.true_normals(together.normal).astype(float))
+    return groups, replace(together, normal=bench.true_normals(together.normal).astype(float))
 
 
-def _reflected(shader: Path, groups: list[ShadingPoints]) -> NDArray[np.floating]:
+def _reflected(program: ClosureProgram, groups: list[ShadingPoints]) -> NDArray[np.floating]:
     together = ShadingPoints.joined(groups)
     inputs = shader_parameters({**together.properties, "tangent": together.tangent})
-    return osl.direct_light_by_groups(shader, together.normal, inputs, [group.light for group in groups])
+    return program.direct_light_by_groups(together.normal, inputs, [group.light for group in groups])
 
 
 def points_at_angle(case: Case, count: int, angle: float, rng: np.random.Generator) -> ShadingPoints:
@@ -281,6 +292,6 @@ def _turned(v: Array, l: Array, axis: Array) -> Array:
     return np.stack([side @ axis, np.cross(v, side) @ axis, v @ axis], axis=1)
 
 
-def _aligned(case: Case, variant: str, samples: int, seed: int) -> CaseResult:
+def _aligned(case: Case, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
     del samples, seed  # a quadrature, not a sample
-    return CaseResult(case, TARGET, ENGINE, None, None, variant, tuple(measure_aligned(case.node)))
+    return CaseResult(case, TARGET, bench.name, None, None, variant, tuple(measure_aligned(bench, case.node)))

@@ -1,4 +1,4 @@
-"""Surroundings of a picture, and the irradiance that they give."""
+"""The environment of a picture, and the irradiance that it gives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.engines.gl import Environment
+from mrm_mtlx.engines.base import Environment
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

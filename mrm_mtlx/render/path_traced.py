@@ -1,4 +1,4 @@
-"""Renders a material with Cycles: a path tracer, from the generated OSL."""
+"""Renders a material with a path tracer, from the generated OSL."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from mrm_mtlx.documents.document_images import refuse_excess
 from mrm_mtlx.documents.filenames import filenames, rename_files
-from mrm_mtlx.engines import osl
+from mrm_mtlx.engines.base import Scene, Take, looking_along, point, sun
 from mrm_mtlx.render import picture
 from mrm_mtlx.render.meshes import mesh
 from mrm_mtlx.render.shapes import EYE, HALF_FIELD
-from mrm_mtlx.shadergen import OslMode, Shader, generate
+from mrm_mtlx.shadergen import OslMode, generate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.engines.base import PathTracer
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.render.picture import PictureOptions
 
-# Paths per pixel of one request to Cycles: the pace of the progress bar.
+# Paths per pixel of one request to the renderer: the pace of the progress bar.
 _PASS = 16
 # A path's reflections; the shapes are convex, so light comes from the lamp, the surroundings, or through a portal.
 _BOUNCES = 4
@@ -35,6 +36,7 @@ def render(
     library: DataLibrary,
     reach: Reach,
     options: PictureOptions,
+    tracer: PathTracer,
     *,
     paths: int = 64,
     seed: int = 0,
@@ -47,6 +49,8 @@ def render(
     ----------
     element, library, reach, options
         As `picture.render`; the document of `element` gets absolute names of its image files.
+    tracer
+        What renders.
     paths
         Paths per pixel; above 16, rounded up to a multiple of it.
     seed
@@ -62,8 +66,8 @@ def render(
         If MaterialX refuses.
     CompileError
         If the OSL compiler refuses the shader.
-    RuntimeFailure
-        If there is no Cycles, or it dies.
+    EngineFailure
+        If there is no renderer, or it dies.
     ValueError
         If an image cannot be read, there are too many, or a comparison is asked for of a material without a
         retroreflective lobe.
@@ -74,7 +78,7 @@ def render(
         generate(document.getDescendant(element.getNamePath()), "osl", library, mode)
         for document in picture.versions(element.getDocument(), options)
     ]
-    compiled = [osl.compile_for_cycles(for_cycles(shader), shader.name) for shader in shaders]
+    compiled = [tracer.compile(shader) for shader in shaders]
     panels = [(shown, degrees) for shown in compiled for degrees in picture.light_angles(options)]
     passes = -(-paths // _PASS)
     scene = _scene(options, min(paths, _PASS))
@@ -82,7 +86,7 @@ def render(
     for index, (shown, degrees) in enumerate(panels):
         total = np.zeros((options.size, options.size, 4))
         for number in range(passes):
-            (image,) = osl.render(shown, scene, [osl.Take([_light(degrees)])], seed=seed + number)
+            (image,) = tracer.render(shown, scene, [Take([_light(degrees)])], seed=seed + number)
             total += image
             if progress:
                 progress(index * passes + number + 1, len(panels) * passes)
@@ -90,21 +94,7 @@ def render(
     return picture.side_by_side(images)
 
 
-def for_cycles(shader: Shader) -> str:
-    """Generated OSL with what Cycles has elsewhere: texture coordinates, and images upside down.
-
-    The globals u and v are barycentric in Cycles; the coordinates come as an input, from the mesh. MaterialX has v grow
-    upward, OSL's texture lookup downward.
-    """
-    source = shader.sources["pixel"]
-    if "vector2(u,v)" in source:
-        source = source.replace("vector2(u,v)", "vector2(mrm_uv[0],mrm_uv[1])")
-        head, _, tail = source.rpartition("    output ")
-        source = f"{head}    vector mrm_uv = 0,\n    output {tail}"
-    return source.replace("    return texcoord;", "    return vector2(texcoord.x, 1.0 - texcoord.y);")
-
-
-def _scene(options: PictureOptions, paths: int) -> osl.Scene:
+def _scene(options: PictureOptions, paths: int) -> Scene:
     shape = mesh(options.shape)
     arrays: dict[str, Any] = {
         "vertices": shape.vertices.astype(np.float32),
@@ -122,15 +112,15 @@ def _scene(options: PictureOptions, paths: int) -> osl.Scene:
         "clip": [0.1, 100.0],
         "filter_width": 1.0,
         "alone": False,
-        "matrix": osl.looking_along(to_eye.tolist(), EYE.tolist()),
+        "matrix": looking_along(to_eye.tolist(), EYE.tolist()),
     }
-    return osl.Scene(arrays, camera, world, paths, _BOUNCES)
+    return Scene(arrays, camera, world, paths, _BOUNCES)
 
 
 def _light(degrees: float | None) -> dict[str, Any]:
     if degrees is None:
-        return osl.point(EYE.tolist(), picture.IRRADIANCE * float(EYE @ EYE))
-    return osl.sun(picture.direction_of_light(degrees), picture.IRRADIANCE, shadow=True)
+        return point(EYE.tolist(), picture.IRRADIANCE * float(EYE @ EYE))
+    return sun(picture.direction_of_light(degrees), picture.IRRADIANCE, shadow=True)
 
 
 def _on_backdrop(image: Array, options: PictureOptions) -> Array:

@@ -1,4 +1,4 @@
-"""Renders a material: every pixel of a shape is one sample of the generated GLSL."""
+"""Renders a material: every pixel of a shape is one sample of a generated shader."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from mrm_mtlx.documents.document_images import DocumentImages
 from mrm_mtlx.documents.files import is_left_open, names_nothing
 from mrm_mtlx.documents.images import srgb_encoded, write_image
-from mrm_mtlx.engines.gl import DirectionalLight, Lighting, PointLight, SurfaceProgram
+from mrm_mtlx.engines.base import DirectionalLight, Lighting, PointLight, SurfacePoints, evaluate_all
 from mrm_mtlx.render import environment as surroundings
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.engines.base import Engine, Program
     from mrm_mtlx.library import DataLibrary
 
 # Samples per pixel along each axis.
@@ -74,27 +75,30 @@ def memory(options: PictureOptions) -> int:
     return panels * (options.size * OVERSAMPLING) ** 2 * _BYTES_PER_SAMPLE
 
 
-def render(element: Any, library: DataLibrary, reach: Reach, options: PictureOptions) -> NDArray[np.floating]:
+def render(
+    element: Any, library: DataLibrary, reach: Reach, options: PictureOptions, engine: Engine
+) -> NDArray[np.floating]:
     """Linear radiance of the picture, (height, width, 3), oversampled; the light's irradiance at the shape is pi.
 
-    So a white diffuser that faces the light has radiance 1.
+    So a white diffuser that faces the light has radiance 1. The shader is of the first target of the engine, which runs
+    it.
 
     Raises
     ------
     CompileError
-        If the driver refuses the shader.
+        If the engine refuses the shader.
     ValueError
         If a texture cannot be read, or a comparison is asked for of a material without a retroreflective lobe.
     """
     panels, images = [], DocumentImages(reach)
     for document in versions(element.getDocument(), options):
-        shader = generate(document.getDescendant(element.getNamePath()), "glsl", library)
+        shader = generate(document.getDescendant(element.getNamePath()), engine.targets[0], library)
         textures = {
             port.variable: _pixels(port.value, images)
             for port in shader.uniforms
             if port.type == "filename" and port.value and not (names_nothing(port.value) or is_left_open(port.value))
         }
-        with SurfaceProgram(shader, textures) as program:
+        with engine.compile(shader, textures) as program:
             panels += [_panel(program, replace(options, light_degrees=angle)) for angle in light_angles(options)]
     return side_by_side(panels, _GAP * OVERSAMPLING)
 
@@ -186,7 +190,7 @@ def _shown(radiance: Array, brightest: float) -> Array:
     return np.asarray(np.clip(srgb_encoded(radiance / np.maximum(peak, 1e-12)) * np.minimum(scale, 1.0), 0.0, 1.0))
 
 
-def _panel(program: SurfaceProgram, options: PictureOptions) -> NDArray[np.float32]:
+def _panel(program: Program, options: PictureOptions) -> NDArray[np.float32]:
     size = options.size * OVERSAMPLING
     environment = None
     if options.environment is not None:
@@ -200,7 +204,7 @@ def _panel(program: SurfaceProgram, options: PictureOptions) -> NDArray[np.float
     return image
 
 
-def _seen(program: SurfaceProgram, options: PictureOptions, rays: Array, lighting: Lighting) -> Array:
+def _seen(program: Program, options: PictureOptions, rays: Array, lighting: Lighting) -> Array:
     """Radiance that comes along rays, (rays, 3)."""
     hits = intersect(options.shape, rays)
     seen = np.flatnonzero(hits.found)
@@ -208,8 +212,8 @@ def _seen(program: SurfaceProgram, options: PictureOptions, rays: Array, lightin
     if options.environment is not None:
         image = surroundings.look_up(options.environment, rays)
     if len(seen):
-        inputs = program.surface_inputs(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
-        image[seen] = program.draw(inputs, lighting)[:, :3]
+        points = SurfacePoints(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
+        image[seen] = evaluate_all(program, points, lighting)[:, :3]
     return np.asarray(np.maximum(np.nan_to_num(image, nan=0.0), 0.0))
 
 

@@ -35,8 +35,11 @@ class OslMode(StrEnum):
     @property
     def definition(self) -> str:
         """The line that chooses it at the head of a source; "" for the default."""
-        number = list(OslMode).index(self) + 1
-        return "" if self is OslMode.ALIGNED else f"#define MRM_OSL_MODE {number}\n"
+        return "" if self is OslMode.ALIGNED else f"#define MRM_OSL_MODE {_OSL_NUMBERS[self]}\n"
+
+
+# Numbers of the ways in the sources of the node library, see lib/mrm_retroreflection.osl.
+_OSL_NUMBERS = {OslMode.ALIGNED: 1, OslMode.CYCLES: 2, OslMode.KEYWORD: 3}
 
 
 class GenerationError(Exception):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.engines.gl import DirectionalLight, Lighting
+from mrm_mtlx.engines.base import DirectionalLight, Lighting, SurfacePoints, evaluate_all
 from mrm_mtlx.validation.sampling import local_directions
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from mrm_mtlx.engines.gl import SurfaceProgram
+    from mrm_mtlx.engines.base import Program
     from mrm_mtlx.reference import ShadingPoints, Tolerance
 
 
@@ -55,17 +55,17 @@ class Comparison:
 
 
 def draw(
-    program: SurfaceProgram,
+    program: Program,
     points: ShadingPoints,
     uniforms: Mapping[str, Any] | None = None,
     lighting: Lighting | None = None,
-) -> NDArray[np.float32]:
+) -> NDArray[np.floating]:
     """Colours that the shader gives for the samples, and their alpha, (samples, 4).
 
     Without `lighting`, under the one directional light of the samples, of unit irradiance.
     """
-    inputs = program.surface_inputs(points.position, points.normal, points.tangent, points.texcoord, points.properties)
-    return program.draw(inputs, lighting or Lighting(DirectionalLight(tuple(points.light))), uniforms)
+    at = SurfacePoints(points.position, points.normal, points.tangent, points.texcoord, points.properties)
+    return evaluate_all(program, at, lighting or Lighting(DirectionalLight(tuple(points.light))), uniforms)
 
 
 def compare(found: NDArray[np.floating], tolerance: Tolerance, points: ShadingPoints) -> Comparison:

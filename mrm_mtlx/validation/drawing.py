@@ -1,14 +1,16 @@
-"""A shader in the OpenGL engine: linked with the document's images, drawn, and held against the reference."""
+"""A shader in an engine that runs it: compiled with the document's images, drawn, and held against the reference."""
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError
-from mrm_mtlx.engines import gl
+from mrm_mtlx.engines.base import FLOAT32_BITS, CompileError, DirectionalLight, EngineFailure
 from mrm_mtlx.findings import rules
+from mrm_mtlx.validation.compiling import refused
 from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.file_checks import check_image
 from mrm_mtlx.validation.mending import mended_sources
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.engines.base import Engine
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.shadergen import Shader
@@ -27,8 +30,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.validation.expectation import Expectation
     from mrm_mtlx.validation.mending import Mended
 
-# Source targets that the OpenGL driver compiles and runs.
-GL_TARGETS = ("glsl", "essl")
+# Functions of the languages for which derivatives are differences between neighbouring samples.
+_DERIVATIVES = re.compile(r"\b(dFdx|dFdy|fwidth|ddx|ddy|dpdx|dpdy)\b")
 
 # What to do about an image that is there and cannot be taken.
 _UNREADABLE = "Save the image again, within the limits that are named, in a format that OpenImageIO reads."
@@ -70,18 +73,21 @@ class CheckedImages(DocumentImages):
 
 
 def check_draws(
+    engine: Engine,
     shader: Shader,
     images: CheckedImages,
     expectations: Mapping[str, tuple[Expectation, Mapping[str, Any]]],
     place: str,
     mended: Mended = mended_sources,
 ) -> dict[str, tuple[TargetResult, list[Finding]]]:
-    """Link a shader once and draw it for each expectation.
+    """Compile a shader once and draw it for each expectation.
 
     Parameters
     ----------
+    engine
+        One that runs shaders of this target.
     shader, images
-        A shader of `GL_TARGETS`, and the images it may ask for.
+        A shader, and the images it may ask for.
     expectations
         By a name of the caller's: the reference, and values that replace uniforms of the shader.
     place
@@ -94,30 +100,51 @@ def check_draws(
     dict
         By the same names: the result, and findings.
     """
-    available = gl.availability()
+    available = engine.availability()
     if not available.available:
         return dict.fromkeys(expectations, (TargetResult("generate", "skip", available.reason), []))
     try:
+        unfit = _unfit(engine, shader)
+        if unfit:
+            engine.compile(shader).release()
+            return dict.fromkeys(expectations, (TargetResult("compile", "skip", f"{engine.name} {unfit}"), []))
         try:
-            with gl.SurfaceProgram(shader, images.of(shader)) as program:
+            with engine.compile(shader, images.of(shader)) as program:
                 found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
             return {
-                name: _check(shader, images, *expectations[name], found[name], mended, place) for name in expectations
+                name: _check(engine, shader, images, *expectations[name], found[name], mended, place)
+                for name in expectations
             }
         except ImagesTooLargeError as error:
-            gl.SurfaceProgram(shader).release()  # at least it is compiled
+            engine.compile(shader).release()  # at least it is compiled
             return dict.fromkeys(expectations, (TargetResult("compile", "skip", f"it has {error}"), []))
-    except gl.CompileError as error:
-        refused = rules.SHADER_COMPILE.at(place, f"{shader.target}: {error.messages[0]}")
-        return dict.fromkeys(expectations, (TargetResult("compile", "fail"), [refused]))
+    except CompileError as error:
+        return dict.fromkeys(expectations, refused(shader.target, error.messages[0], place))
+    except EngineFailure as error:
+        return dict.fromkeys(expectations, refused(shader.target, error, place))
+
+
+def _unfit(engine: Engine, shader: Shader) -> str:
+    """Why what an engine gives cannot be held against the reference, continuing its name; "" if it can."""
+    can = engine.capabilities
+    if can.significand_bits < FLOAT32_BITS:
+        return "computes with fewer bits than float32, for which tolerances are made"
+    if DirectionalLight not in can.lights:
+        return "takes no directional light"
+    if not can.textures and any(port.type == "filename" and port.value for port in shader.uniforms):
+        return "looks up no images"
+    if can.derivatives and _DERIVATIVES.search(shader.sources["pixel"]):
+        return "takes derivatives between samples, which are no neighbours on the surface"
+    return ""
 
 
 def _check(
+    engine: Engine,
     shader: Shader,
     images: CheckedImages,
     expectation: Expectation,
     uniforms: Mapping[str, Any],
-    found: tuple[NDArray[np.float32], ...],
+    found: tuple[NDArray[np.floating], ...],
     mended: Mended,
     place: str,
 ) -> tuple[TargetResult, list[Finding]]:
@@ -132,7 +159,7 @@ def _check(
         return TargetResult("compile", "skip", expectation.reason, samples=count), []
     verdict = expectation.compare(found)
     if not verdict.comparison.passed:
-        verdict = _explained(verdict, mended(shader), images, expectation, uniforms)
+        verdict = _explained(engine, verdict, mended(shader), images, expectation, uniforms)
     if verdict.specified is None:
         return judged(target, verdict.comparison, place)
     names = ", ".join(sorted(d.value for d in verdict.deviations))
@@ -141,6 +168,7 @@ def _check(
 
 
 def _explained(
+    engine: Engine,
     verdict: Verdict,
     mended: Iterable[tuple[frozenset[Deviation], Shader]],
     images: CheckedImages,
@@ -149,7 +177,7 @@ def _explained(
 ) -> Verdict:
     """The verdict on the first of the mended shaders that is right; the one given, if none is."""
     for deviations, shader in mended:
-        with gl.SurfaceProgram(shader, images.of(shader)) as program:
+        with engine.compile(shader, images.of(shader)) as program:
             right = expectation.compare(expectation.draw(program, uniforms))
         if right.comparison.passed:
             return Verdict(right.comparison, deviations | right.deviations, verdict.comparison)

@@ -7,15 +7,16 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location
-from mrm_mtlx.engines import osl
-from mrm_mtlx.findings import rules
+from mrm_mtlx.engines import registry
+from mrm_mtlx.engines.base import EngineFailure
 from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
+from mrm_mtlx.findings import rules
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
 from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.compiling import check_compiles
-from mrm_mtlx.validation.drawing import GL_TARGETS, CheckedImages, check_draws, judged
+from mrm_mtlx.validation.compiling import check_compiles, refused
+from mrm_mtlx.validation.drawing import CheckedImages, check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.flag_use import ignores_flag
@@ -126,25 +127,30 @@ class ElementCheck:
         # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
         flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
         ignoring = frozenset(str(n.getName()) for n in flags if ignores_flag(shader, n.getName()))
-        if target in GL_TARGETS:
+        engine = registry.engine_for(target)
+        if engine is None:
+            result, findings = TargetResult("generate", "skip", registry.unserved(target)), []
+        elif registry.runs(engine):
             mended = partial(mended_shaders, self._element, self._library)
-            result, findings = check_draws(shader, self._images, {"": (self._expectation, {})}, self._place, mended)[""]
+            expected = {"": (self._expectation, {})}
+            result, findings = check_draws(engine, shader, self._images, expected, self._place, mended)[""]
         else:
-            result, findings = check_compiles(shader, self._place)
-            if target == "osl" and result.status == "pass" and not ignoring:
-                result, findings = self._compare_osl(result)
+            result, findings = check_compiles(engine, shader, self._place)
+            if result.status == "pass" and not ignoring:
+                result, findings = self._compare_closures(target, result)
         return _Outcome(result, findings, self._images.findings, ignoring)
 
-    def _compare_osl(self, compiled: TargetResult) -> tuple[TargetResult, list[Finding]]:
-        """The comparison in Cycles; without Cycles, or where there is none, what the compiler said."""
-        if not osl.availability().available:
+    def _compare_closures(self, target: str, compiled: TargetResult) -> tuple[TargetResult, list[Finding]]:
+        """The comparison of what closures reflect; where nothing here measures it, what the compiler said."""
+        engine = registry.engine_for(target, registry.measures_closures)
+        if engine is None or engine.bench is None or not engine.availability().available:
             return compiled, []
-        rng = sampling.generator(self._request.seed, f"{self._renderable.name} osl")
+        rng = sampling.generator(self._request.seed, f"{self._renderable.name} {target}")
         try:
-            found = compare_in_osl(self._element, self._library, self._request.samples, rng)
-        except osl.RuntimeFailure as error:
-            return TargetResult("compile", "fail"), [rules.SHADER_COMPILE.at(self._place, f"osl: {error}")]
-        return (replace(compiled, reason=found), []) if isinstance(found, str) else judged("osl", found, self._place)
+            found = compare_in_osl(self._element, self._library, self._request.samples, rng, engine.bench)
+        except EngineFailure as error:
+            return refused(target, error, self._place)
+        return (replace(compiled, reason=found), []) if isinstance(found, str) else judged(target, found, self._place)
 
 
 def _lost(found: Finding) -> _Outcome:
@@ -169,7 +175,7 @@ class ElementSweep:
         names = [v.name for v in self._variants]
         results = {name: RenderableResult(f"{self._name} + retroreflective {name}") for name in names}
         findings: list[Finding] = []
-        for target in (t for t in self._request.targets if t in GL_TARGETS and results):
+        for target in (t for t in self._request.targets if t in registry.targets(registry.runs) and results):
             step = Step(self._name, f"{target}, with the flag of each node on")
             if self._steps.skips(step):
                 continue
@@ -187,9 +193,11 @@ class ElementSweep:
         except GenerationError as error:
             message = f"with the flag of {self._variants[0].name}: {error}"
             return self._lost(rules.SHADER_GENERATE.at(self._place, message))
+        engine = registry.engine_for(target, registry.runs)
+        assert engine is not None  # `run` asks for targets that an engine runs
         switched = {v.name: (self._expectations[v.name], _flag(v, shader)) for v in self._variants}
         outcomes = {}
-        for name, (result, found) in check_draws(shader, self._images, switched, self._place).items():
+        for name, (result, found) in check_draws(engine, shader, self._images, switched, self._place).items():
             told = [replace(f, message=f"with the flag of {name} on: {f.message}") for f in found]
             outcomes[name] = _Outcome(result, told)
         return outcomes

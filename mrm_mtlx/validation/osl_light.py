@@ -1,4 +1,4 @@
-"""A document's OSL in Cycles: what its closures reflect of a light, where they are the reference's models."""
+"""The light that a document's OSL closures reflect in a renderer, where they are the reference's models."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.engines import osl
 from mrm_mtlx.reference import Model, ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.reference.closures import ORDINARY, RETROREFLECTIVE
 from mrm_mtlx.shadergen import OslMode, generate
@@ -18,35 +17,28 @@ from mrm_mtlx.validation.expectation import shape_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from mrm_mtlx.engines.base import ClosureBench
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.validation.comparison import Comparison
 
 # Angles between v and l of the suns that closures are measured under: from well inside the narrowest lobe to grazing.
 ANGLES_DEG = (0.05, 0.15, 0.4, 1.0, 2.5, 6.0, 12.0, 25.0, 45.0, 70.0, 100.0, 140.0)
 
-# The portal's step in a cloud of facets, which lie a unit apart at coordinates up to 200: 10^3 times their rounding.
-PORTAL_STEP = 0.02
-
 # Samples whose shading is measured, as a share of those of a comparison: a renderer starts for them.
 _SHARE = 8
 
-# Renderers take the slope of a facet from 1 - cos^2, whose 24 roundings of 2^-24 are a quarter of this width's square.
-NARROWEST = 0.0025
 
-# What a cloud of facets has as the reference has it; where it lies and its texture coordinates are its own.
-_GEOMETRY = {"Nworld", "Nobject", "Tworld", "Vworld"}
-
-
-def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.random.Generator) -> Comparison | str:
+def compare_in_osl(
+    element: Any, library: DataLibrary, samples: int, rng: np.random.Generator, bench: ClosureBench
+) -> Comparison | str:
     """Compare the direct light response of an element's OSL closures with the reference's, or say why not.
 
-    Where the flag is on, the surface is met again from v' through a portal (`OslMode.CYCLES`): the exact one of the
-    library's ways.
+    Where the flag is on, the lobe is made in the way of the library that is exact on the bench.
 
     Raises
     ------
-    RuntimeFailure
-        If Cycles refuses or dies.
+    EngineFailure
+        If the renderer refuses or dies.
     """
     try:
         surface = Surface(element, Model.CLOSURES)
@@ -63,17 +55,16 @@ def compare_in_osl(element: Any, library: DataLibrary, samples: int, rng: np.ran
     if len(kinds) > 1:
         return "its ordinary lobes are seen from the wrong side where the retroreflective ones are exact in OSL"
     turns = any(lobe.alpha_x != lobe.alpha_y for lobe in lobes) or _depends_on_tangents(surface, rng, lobes)
-    if turns or traits.properties or not traits.geometry <= _GEOMETRY:
+    if turns or traits.properties or not traits.geometry <= bench.geometry:
         return "facets for the measurement have no tangents, positions or texture coordinates of their own"
-    if any(min(lobe.alpha_x, lobe.alpha_y) < NARROWEST for lobe in lobes):
-        return f"a lobe is narrower than {NARROWEST}, which renderers of OSL cannot hold in float32"
+    if any(min(lobe.alpha_x, lobe.alpha_y) < bench.narrowest_alpha for lobe in lobes):
+        return f"a lobe is narrower than {bench.narrowest_alpha}, which renderers of OSL cannot hold in float32"
     points = sun_points(rng, -(-samples // (_SHARE * len(ANGLES_DEG))), lobes)
     together = ShadingPoints.joined(points)
-    mode = OslMode.CYCLES if RETROREFLECTIVE in kinds else OslMode.ALIGNED
-    source = generate(element, "osl", library, mode).sources["pixel"]
-    shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP {PORTAL_STEP}\n{source}", "document")
-    seen = replace(together, normal=osl.true_normals(together.normal).astype(float))
-    found = osl.direct_light_by_groups(shader, together.normal, {}, [group.light for group in points])
+    mode = bench.exact_mode if RETROREFLECTIVE in kinds else OslMode.ALIGNED
+    program = bench.compile(generate(element, "osl", library, mode).sources["pixel"], "document")
+    seen = replace(together, normal=bench.true_normals(together.normal).astype(float))
+    found = program.direct_light_by_groups(together.normal, {}, [group.light for group in points])
     return compare(found, surface.tolerance(seen), seen)
 
 

@@ -170,25 +170,11 @@ def versions() -> dict[str, str]:
 
 
 def engines(targets: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """What can run or compile source of these targets here, and OpenGL: to try the others would only take time."""
-    from mrm_mtlx.engines import gl
+    """What runs or compiles source of these targets here, and of glsl: to try the others would only take time."""
+    from mrm_mtlx.engines import registry
 
-    states = {"gl": gl.availability()}
-    if "vulkan" in targets:
-        from mrm_mtlx.engines import compilers
-
-        states["vulkan"] = compilers.vulkan_availability()
-    if "slang" in targets:
-        from mrm_mtlx.engines import compilers
-
-        states["slang"] = compilers.slang_availability()
-    if "osl" in targets:
-        from mrm_mtlx.engines import osl
-
-        states["osl"] = osl.compiler_availability()
-        osl.stop()  # the worker processes have their own
     report: dict[str, dict[str, Any]] = {}
-    for name, state in states.items():
+    for name, state in registry.survey(("glsl", *targets)).items():
         key = "renderer" if state.available else "reason"
         report[name] = {"available": state.available, key: state.detail}
     return report

@@ -6,7 +6,7 @@ import sys
 from functools import cache
 from typing import Any
 
-from mrm_mtlx.engines.availability import Availability
+from mrm_mtlx.engines.base import Availability
 
 # Uniform blocks, float targets and `#version 300 es` sources in a desktop context (ARB_ES3_compatibility).
 MINIMUM_VERSION = 430

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import re
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mrm_mtlx.documents.document_images import MAXIMUM_TEXTURE_BYTES, ImagesTooLargeError, too_large
-from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
+from mrm_mtlx.engines.base import (
+    Capabilities,
+    CompileError,
+    CompileMessage,
+    DirectionalLight,
+    PointLight,
+    Program,
+)
 from mrm_mtlx.engines.gl.context import context, free_textures, parking_target
 from mrm_mtlx.engines.gl.image_calls import samplings
-from mrm_mtlx.engines.gl.lighting import DirectionalLight, Lighting, PointLight
 from mrm_mtlx.engines.gl.textures import stand_in, texture_bytes, upload
 from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
 from mrm_mtlx.shadergen.generate import LIGHT_TYPES
@@ -20,14 +26,14 @@ from mrm_mtlx.system.text import text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from types import TracebackType
 
     from numpy.typing import ArrayLike, NDArray
 
+    from mrm_mtlx.engines.base import Lighting, SurfacePoints
     from mrm_mtlx.shadergen import Shader
 
-# Width of the float image that holds one sample per pixel; below every driver's texture limit.
-_ROW = 2048
+# Width of the float image that holds one sample per pixel, and its greatest height: OpenGL 4.3 has at least 16,384.
+_ROW, _ROWS = 2048, 16384
 
 # How generated code names geometric properties.
 _PROPERTY = "i_geomprop_"
@@ -39,10 +45,8 @@ _SPACES = "u_world"
 _IDENTITY = tuple(float(row == column) for row in range(4) for column in range(4))
 
 
-class SurfaceProgram:
+class SurfaceProgram(Program):
     """A shader in the driver.
-
-    Use it as a context manager, or call `release`: the driver's memory is not the garbage collector's.
 
     Parameters
     ----------
@@ -62,6 +66,14 @@ class SurfaceProgram:
     RuntimeError
         If there is no OpenGL here.
     """
+
+    capabilities = Capabilities(
+        runs=True,
+        textures=True,
+        lights=frozenset({DirectionalLight, PointLight}),
+        environment=True,
+        largest_batch=_ROW * _ROWS,
+    )
 
     def __init__(self, shader: Shader, textures: Mapping[str, NDArray[np.floating]] | None = None) -> None:
         import moderngl
@@ -93,16 +105,6 @@ class SurfaceProgram:
             elif port.variable.startswith(_SPACES):
                 self._set(port.variable, _IDENTITY)
         self._set("u_frame", 1.0)  # the specification's default, for hosts that have no frames
-
-    def __enter__(self) -> Self:
-        """Itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Release the driver's memory."""
-        self.release()
 
     def release(self) -> None:
         """Free the program and its textures in the driver."""
@@ -147,6 +149,13 @@ class SurfaceProgram:
                 empty = np.zeros((count, COMPONENTS[port.type]))
                 inputs[port.variable] = (properties or {}).get(port.variable.removeprefix(_PROPERTY), empty)
         return inputs
+
+    def evaluate(
+        self, points: SurfacePoints, lighting: Lighting, uniforms: Mapping[str, Any] | None = None
+    ) -> NDArray[np.float32]:
+        """As `Program.evaluate`: the shader's inputs come from the points."""
+        inputs = self.surface_inputs(points.position, points.normal, points.tangent, points.texcoord, points.properties)
+        return self.draw(inputs, lighting, uniforms)
 
     def draw(
         self,

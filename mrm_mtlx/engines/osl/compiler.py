@@ -9,16 +9,14 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from functools import cache
 from pathlib import Path
 from typing import NoReturn
 
 import MaterialX as mx
 
-from mrm_mtlx.engines.availability import Availability
-from mrm_mtlx.engines.compile_error import CompileError, CompileMessage
+from mrm_mtlx.engines import commands
+from mrm_mtlx.engines.base import Availability, CompileError, CompileMessage, EngineFailure
 from mrm_mtlx.engines.osl import process
-from mrm_mtlx.engines.osl.process import RuntimeFailure
 from mrm_mtlx.system.writing import replacing
 
 _TIMEOUT_S = 60.0
@@ -35,19 +33,7 @@ def availability() -> Availability:
 
 def _has_oslc() -> bool:
     """Whether there is an oslc on the path that runs."""
-    path = shutil.which("oslc")
-    return path is not None and _runs(path)
-
-
-@cache
-def _runs(path: str) -> bool:
-    try:
-        subprocess.run([path, "--help"], capture_output=True, timeout=_TIMEOUT_S, check=False)
-    except OSError:
-        return False
-    except subprocess.TimeoutExpired:
-        pass  # it runs; that it does not end is for its first shader to say
-    return True
+    return commands.works("oslc", "--help")
 
 
 def check(source: str, name: str) -> None:
@@ -57,7 +43,7 @@ def check(source: str, name: str) -> None:
     ------
     CompileError
         If the compiler refuses the source.
-    RuntimeFailure
+    EngineFailure
         If there is no compiler, or it died.
     """
     if not _has_oslc():
@@ -72,11 +58,11 @@ def check(source: str, name: str) -> None:
                 command, cwd=target, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT_S, check=False
             )
         except subprocess.TimeoutExpired as error:
-            raise RuntimeFailure(f"oslc did not finish within {_TIMEOUT_S:g} s") from error
+            raise EngineFailure(f"oslc did not finish within {_TIMEOUT_S:g} s") from error
         except OSError as error:
-            raise RuntimeFailure(f"oslc does not run: {error.strerror}") from error
+            raise EngineFailure(f"oslc does not run: {error.strerror}") from error
         if done.returncode < 0:
-            raise RuntimeFailure(f"oslc ended with signal {signal.Signals(-done.returncode).name}")
+            raise EngineFailure(f"oslc ended with signal {signal.Signals(-done.returncode).name}")
         if done.returncode:
             _refuse(done.stdout + done.stderr, target, source, name)
 
@@ -88,7 +74,7 @@ def compile_for_cycles(source: str, name: str) -> Path:
     ------
     CompileError
         If the compiler refuses the source.
-    RuntimeFailure
+    EngineFailure
         If there is no runtime, it died, or its folder cannot be written.
     """
     runtime = process.runtime()
@@ -99,7 +85,7 @@ def compile_for_cycles(source: str, name: str) -> Path:
         _refuse(log, runtime.folder, source, name)
     # What the compiler wrote ends with a line of its own; on a full disk it is cut off, or not there.
     if not answer["ok"] or not target.is_file() or not target.read_bytes().endswith(b"\n"):
-        raise RuntimeFailure("the compiled shader could not be written; is the disk of temporary files full?")
+        raise EngineFailure("the compiled shader could not be written; is the disk of temporary files full?")
     return target
 
 
@@ -138,5 +124,5 @@ def _write(folder: Path, source: str, name: str) -> Path:
                     shutil.copy(header, unfinished)
         path.write_text(source, encoding="utf-8")
     except OSError as error:
-        raise RuntimeFailure(f"the shader could not be written for the compiler: {error.strerror}") from error
+        raise EngineFailure(f"the shader could not be written for the compiler: {error.strerror}") from error
     return path

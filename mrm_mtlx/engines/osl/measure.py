@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.engines.base import Scene, Take, sun
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.compiler import compile_for_cycles
-from mrm_mtlx.engines.osl.scenes import Scene, Take, cloud, render, rows_of, samples_of, sun
+from mrm_mtlx.engines.osl.scenes import cloud, render, rows_of, samples_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -35,7 +36,7 @@ def evaluate(shader: Path, inputs: Mapping[str, Array]) -> NDArray[np.float32]:
 
     Raises
     ------
-    RuntimeFailure
+    EngineFailure
         If Cycles refuses or dies.
     """
     count = len(next(iter(inputs.values())))

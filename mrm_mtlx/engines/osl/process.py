@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.engines.availability import Availability
+from mrm_mtlx.engines.base import Availability, EngineFailure
 from mrm_mtlx.system.process_limits import cause_of_death
 from mrm_mtlx.system.text import text_lines
 
@@ -55,10 +55,6 @@ _START_S = 120.0
 _REQUEST_S = 600.0
 
 
-class RuntimeFailure(Exception):  # noqa: N818 -- it is what failed: the runtime
-    """The OSL runtime is missing, refused a request, or died; the message says which and what to do."""
-
-
 class CyclesProcess:
     """A running Cycles, and a folder that it and this process share.
 
@@ -66,7 +62,7 @@ class CyclesProcess:
 
     Raises
     ------
-    RuntimeFailure
+    EngineFailure
         If it does not start.
     """
 
@@ -86,12 +82,12 @@ class CyclesProcess:
                 )
         except OSError as error:
             shutil.rmtree(self._folder, ignore_errors=True)
-            raise RuntimeFailure(f"{interpreter}: {error.strerror}") from error
+            raise EngineFailure(f"{interpreter}: {error.strerror}") from error
         try:
             self.versions = self.request("versions", timeout_s=_START_S)[0]
-        except RuntimeFailure as error:
+        except EngineFailure as error:
             self.close()
-            raise RuntimeFailure(f"{interpreter}: {error}") from error
+            raise EngineFailure(f"{interpreter}: {error}") from error
 
     @property
     def folder(self) -> Path:
@@ -115,7 +111,7 @@ class CyclesProcess:
 
         Raises
         ------
-        RuntimeFailure
+        EngineFailure
             If the operation failed, the process died, or it did not answer in time.
         """
         late = threading.Event()
@@ -137,10 +133,10 @@ class CyclesProcess:
             timer.cancel()
         if answer is None:
             obituary = self._obituary(operation)
-            raise RuntimeFailure(f"gave no answer within {timeout_s:g} s" if late.is_set() else obituary)
+            raise EngineFailure(f"gave no answer within {timeout_s:g} s" if late.is_set() else obituary)
         log = str(answer.pop("log", ""))
         if "error" in answer:
-            raise RuntimeFailure(f"Cycles could not {operation}: {answer['error']}")
+            raise EngineFailure(f"Cycles could not {operation}: {answer['error']}")
         return answer, log
 
     def close(self) -> None:
@@ -193,7 +189,7 @@ class CyclesProcess:
         head = stdout.read(8)
         size = struct.unpack(">Q", head)[0] if len(head) == 8 else 0
         if size > _LARGEST_ANSWER:
-            raise RuntimeFailure(f"it answers with something else: {head!r}...")
+            raise EngineFailure(f"it answers with something else: {head!r}...")
         body = stdout.read(size)
         if not body:
             return None
@@ -238,7 +234,7 @@ def availability() -> Availability:
         return Availability(False, _why_not(), _remedy())
     try:
         versions = _started().versions
-    except (RuntimeFailure, OSError) as error:
+    except (EngineFailure, OSError) as error:
         return Availability(False, f"bpy does not run: {error}", _remedy())
     if not versions["with_osl"]:
         return Availability(False, f"{chosen}: its Cycles is built without OSL", _remedy())
@@ -250,7 +246,7 @@ def _started() -> CyclesProcess:
     """The runtime, tried twice: what ends it once as it starts is no reason to do without it for good."""
     try:
         return runtime()
-    except RuntimeFailure:
+    except EngineFailure:
         return runtime()
 
 
@@ -262,7 +258,7 @@ def runtime() -> CyclesProcess:
 
     Raises
     ------
-    RuntimeFailure
+    EngineFailure
         If there is none, or it does not start.
     """
     if _RUNNING and not _RUNNING[0].alive:
@@ -270,7 +266,7 @@ def runtime() -> CyclesProcess:
     if not _RUNNING:
         chosen = interpreter()
         if chosen is None:
-            raise RuntimeFailure(f"{_why_not()}; {_remedy()}")
+            raise EngineFailure(f"{_why_not()}; {_remedy()}")
         _RUNNING.append(CyclesProcess(chosen))
         atexit.register(stop)
     return _RUNNING[0]
@@ -286,7 +282,7 @@ def _new_folder() -> str:
     try:
         return tempfile.mkdtemp(prefix="mrm-osl-")
     except OSError as error:
-        raise RuntimeFailure(f"no temporary folder could be made: {error.strerror}") from error
+        raise EngineFailure(f"no temporary folder could be made: {error.strerror}") from error
 
 
 def _why_not() -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mrm_mtlx.bsdf.blocks import processors
+from mrm_mtlx.engines.base import EngineFailure, Take
 from mrm_mtlx.engines.osl import process
-from mrm_mtlx.engines.osl.process import RuntimeFailure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.engines.base import Scene
 
 # Height of the camera of a cloud, which looks along -z: facets seen at a grazing angle are long.
 _HEIGHT = 1e4
@@ -29,44 +29,6 @@ _ROW, _SMALLEST_PICTURE = 256, 4
 _STEEPEST = 2e-4
 
 
-@dataclass(frozen=True)
-class Scene:
-    """A mesh, seen by a camera; see `cycles_server.render`.
-
-    Attributes
-    ----------
-    arrays
-        "vertices", "faces", and what else the server takes.
-    camera
-        "resolution", "matrix", "clip", "filter_width", "alone" (nothing but the camera sees the mesh), and "width" or
-        "field".
-    world
-        Surroundings: {} is black, and transparent in the picture; "radiance" is a colour. A latitude-longitude image,
-        (height, width, 3), row 0 at +y and its centre column at -z, is the array "environment".
-    samples, bounces
-        Paths per pixel, and how often one may be reflected.
-    """
-
-    arrays: Mapping[str, NDArray[Any]]
-    camera: Mapping[str, Any]
-    world: Mapping[str, Any] = field(default_factory=dict)
-    samples: int = 1
-    bounces: int = 0
-
-
-@dataclass(frozen=True)
-class Take:
-    """One render of a scene: its lights, and the rows wanted, as fractions of the height from the bottom."""
-
-    lights: Sequence[Mapping[str, Any]] = ()
-    rows: tuple[float, float] | None = None
-
-    def to_json(self, output: Path) -> dict[str, Any]:
-        """What the server is told."""
-        told: dict[str, Any] = {"lights": [dict(light) for light in self.lights], "output": str(output)}
-        return told if self.rows is None else {**told, "rows": list(self.rows)}
-
-
 def render(shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: int = 0) -> list[NDArray[np.float32]]:
     """Render a compiled shader once for each take; many takes cost little more than one.
 
@@ -74,7 +36,7 @@ def render(shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: 
 
     Raises
     ------
-    RuntimeFailure
+    EngineFailure
         If Cycles refuses, dies, or its picture cannot be read back.
     """
     runtime = process.runtime()
@@ -142,25 +104,6 @@ def samples_of(image: NDArray[np.float32], count: int) -> NDArray[np.float32]:
     return image.reshape(-1, image.shape[-1])[:count, :3].copy()
 
 
-def sun(to_light: Sequence[float], irradiance: float = 1.0, *, shadow: bool = False) -> dict[str, Any]:
-    """A light infinitely far away in the direction `to_light`, a unit vector."""
-    return {"irradiance": irradiance, "matrix": looking_along(to_light), "shadow": shadow}
-
-
-def point(position: Sequence[float], intensity: float) -> dict[str, Any]:
-    """A light at a point, with this radiant intensity in all directions; it casts shadows."""
-    return {"intensity": intensity, "matrix": looking_along((0.0, 0.0, 1.0), position), "shadow": True}
-
-
-def looking_along(backward: Sequence[float], position: Sequence[float] = (0.0, 0.0, 0.0)) -> list[list[float]]:
-    """Matrix of an object whose +z is `backward`, a unit vector: lights shine and cameras look along -z."""
-    z = np.asarray(backward, dtype=float)
-    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.999 else [0.0, 0.0, 1.0], z)
-    x /= np.linalg.norm(x)
-    columns = np.stack([x, np.cross(z, x), z, np.asarray(position, dtype=float)], axis=1)
-    return [*columns.tolist(), [0.0, 0.0, 0.0, 1.0]]
-
-
 def _read(path: Path) -> NDArray[np.float32]:
     """The combined pass of a multi-layer file, RGBA; the file is removed."""
     import OpenImageIO as oiio
@@ -169,7 +112,7 @@ def _read(path: Path) -> NDArray[np.float32]:
     pixels = None if image is None else image.read_image("float")
     if image is None or pixels is None:
         oiio.geterror()  # or it is printed at the end of the process
-        raise RuntimeFailure("Cycles' picture could not be read back; is the disk of temporary files full?")
+        raise EngineFailure("Cycles' picture could not be read back; is the disk of temporary files full?")
     names = list(image.spec().channelnames)
     image.close()
     path.unlink()

@@ -1,4 +1,4 @@
-"""Whether an engine can run on this machine."""
+"""What an engine says about this machine."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Availability:
-    """Whether an engine runs here.
+    """Whether an engine works here.
 
     Attributes
     ----------

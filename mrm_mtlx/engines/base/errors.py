@@ -1,4 +1,4 @@
-"""What a compiler has against a source."""
+"""How an engine fails: it refuses a source, or it does not work."""
 
 from __future__ import annotations
 
@@ -27,3 +27,7 @@ class CompileError(Exception):
     def __init__(self, messages: list[CompileMessage]) -> None:
         super().__init__("; ".join(message.message for message in messages))
         self.messages = messages
+
+
+class EngineFailure(Exception):  # noqa: N818 -- it is what failed: the engine
+    """An engine is missing, refused a request, or died; the message says which and what to do."""

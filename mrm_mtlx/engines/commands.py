@@ -1,0 +1,67 @@
+"""Compilers that are commands: whether they run, and how they are run over a source in a folder of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from functools import cache
+
+from mrm_mtlx.engines.base import CompileMessage, EngineFailure
+from mrm_mtlx.system.text import text_lines
+
+# A compiler that takes longer than this on one shader hangs; they take well under a second.
+TIMEOUT_S = 60.0
+
+
+def works(command: str, option: str) -> bool:
+    """Whether there is a command of this name on the path that runs, with an option that has it say something."""
+    path = shutil.which(command)
+    return path is not None and _runs(path, option)
+
+
+@cache
+def _runs(path: str, option: str) -> bool:
+    try:
+        subprocess.run([path, option], capture_output=True, timeout=TIMEOUT_S, check=False)
+    except OSError:
+        return False
+    except subprocess.TimeoutExpired:
+        pass  # it runs; that it does not end is for its first shader to say
+    return True
+
+
+def log_of(command: list[str], folder: str) -> str:
+    """What a compiler says of a source that it refuses, without the folder's name; "" if it takes it.
+
+    Raises
+    ------
+    EngineFailure
+        If it does not run or does not end.
+    """
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise EngineFailure(f"{command[0]} did not finish within {TIMEOUT_S:g} s") from error
+    except OSError as error:
+        raise EngineFailure(f"{command[0]} does not run: {error.strerror}") from error
+    if done.returncode == 0:
+        return ""
+    log = (done.stdout + done.stderr).replace(f"{folder}{os.sep}", "").strip()
+    return log or f"{command[0]} failed with exit status {done.returncode} and said nothing"
+
+
+def first_message(log: str, source: str, first_line: int = 1) -> CompileMessage:
+    """The first error of a log, with the number and text of the source line that it names.
+
+    `first_line` is the number that the compiler gives to the source's first line.
+    """
+    match = re.search(r"^.*\berror\b.*$", log, re.MULTILINE | re.IGNORECASE)
+    message = match[0] if match else text_lines(log)[0]
+    # glslang puts the place before the message, `ERROR: shader.frag:12: ...`; slang on the next line, `--> name:12:5`.
+    place = re.search(r":(\d+)(?::|$)", log[match.start() if match else 0 :], re.MULTILINE)
+    number, lines = int(place[1]) - first_line + 1 if place else 0, source.split("\n")
+    known = 0 < number <= len(lines)
+    message = re.sub(r"^ERROR: \S+?:\d+: ", "", message.strip())
+    return CompileMessage(number if known else 0, lines[number - 1].strip() if known else "", message)
