@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from typer.testing import Result
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.engines.availability import Availability
+    from mrm_mtlx.engines.base import Availability
     from mrm_mtlx.validation.results import DocumentResult
 
 # The tools lie beside the package, which may be an installed one: it comes first. Worker processes take the path over.

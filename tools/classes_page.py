@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.fitting.classes import MATERIALS, entrance
 from mrm_mtlx.fitting.performance import CEILINGS
 from mrm_mtlx.library import class_materials_folder, load_library
@@ -225,7 +226,7 @@ def draw(path: Path) -> None:
             options = picture.PictureOptions(
                 SHAPES.get(material.name, "sphere"), light_degrees, PANEL, None, compare=False
             )
-            fine = picture.render(element, library, Reach.only(class_materials_folder()), options)
+            fine = picture.render(element, library, Reach.only(class_materials_folder()), options, ENGINE)
             square = (PANEL, picture.OVERSAMPLING, PANEL, picture.OVERSAMPLING, 3)
             panels.append(exposure * np.asarray(fine).reshape(square).mean(axis=(1, 3)))
         axis.imshow(np.clip(np.concatenate(panels, axis=1), 0.0, 1.0) ** (1.0 / 2.2), interpolation="lanczos")

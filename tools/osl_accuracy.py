@@ -21,7 +21,8 @@ def main() -> None:
     )
     print("the ratio of the albedos, over the width alpha and the angle of the view direction from the normal.")
     for node in NODES:
-        found = {(a.material, a.alpha, a.view_deg): a for a in measure_aligned(node, ALPHAS, VIEWS_DEG)}
+        figures = measure_aligned(osl.CYCLES.bench, node, ALPHAS, VIEWS_DEG)
+        found = {(a.material, a.alpha, a.view_deg): a for a in figures}
         for material in (m.name for m in MATERIALS if m.node == node):
             print(f"\n## {node}, {material}\n")
             print(f"| alpha | {' | '.join(f'{view:g}°' for view in VIEWS_DEG)} |\n|{'---|' * (len(VIEWS_DEG) + 1)}")

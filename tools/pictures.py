@@ -16,7 +16,7 @@ import OpenImageIO as oiio
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image
-from mrm_mtlx.engines import osl
+from mrm_mtlx.engines import gl, osl
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_of
 from mrm_mtlx.library import load_library, materials_folder
@@ -60,7 +60,7 @@ def comparison(path: Path, shape: str, size: int) -> NDArray[np.float32]:
     mx.readFromXmlFile(document, str(path))
     document.setDataLibrary(library.document)
     options = picture.PictureOptions(shape, None, size, None, compare=True)
-    radiance = picture.render(renderable_elements(document)[0], library, Reach.beside(path), options)
+    radiance = picture.render(renderable_elements(document)[0], library, Reach.beside(path), options, gl.ENGINE)
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "picture.png"
         picture.write(radiance, target, None)
@@ -106,7 +106,14 @@ def five_in_osl(target: Path) -> None:
             options = picture.PictureOptions(shape, angle, FIVE_PANEL, None, compare=False)
             panels = [in_opengl(path, library, options)]
             panels += [
-                path_traced.render(*renderable(path, library), Reach.beside(path), options, paths=32, mode=mode)
+                path_traced.render(
+                    *renderable(path, library),
+                    Reach.beside(path),
+                    options,
+                    osl.CYCLES.path_tracer,
+                    paths=32,
+                    mode=mode,
+                )
                 for mode in (OslMode.ALIGNED, OslMode.CYCLES)
             ]
             for mode, panel in zip(("aligned", "cycles"), panels[1:], strict=True):
@@ -145,7 +152,7 @@ def three_formats(target: Path) -> None:
             read, _ = read_document(path, Reach.beside(path), library, scratch)
             for row, angle in enumerate((None, 30.0)):
                 options = picture.PictureOptions("cone", angle, 256, None, compare=False)
-                image = picture.render(renderable_elements(read.document)[0], library, read.reach, options)
+                image = picture.render(renderable_elements(read.document)[0], library, read.reach, options, gl.ENGINE)
                 image = image.reshape(256, picture.OVERSAMPLING, 256, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
                 first = firsts.setdefault(angle, image)
                 print(f"{path.name:10} {angle or 0:4g} deg  largest {np.abs(image - first).max():.1e}")
@@ -206,7 +213,7 @@ def renderable(path: Path, library: DataLibrary) -> tuple[Any, DataLibrary]:
 
 def in_opengl(path: Path, library: DataLibrary, options: picture.PictureOptions) -> NDArray[np.floating]:
     """Linear radiance as the OpenGL engine has it, one value per pixel."""
-    image = picture.render(*renderable(path, library), Reach.beside(path), options)
+    image = picture.render(*renderable(path, library), Reach.beside(path), options, gl.ENGINE)
     size = options.size
     return np.asarray(image.reshape(size, picture.OVERSAMPLING, size, picture.OVERSAMPLING, 3).mean(axis=(1, 3)))
 

@@ -6,7 +6,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
-import click
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, Timeout, refuse_missing_folder
@@ -22,18 +21,18 @@ class ShapeName(StrEnum):
     CONE = "cone"
 
 
-class EngineChoice(click.Choice[str]):
-    """The names of the engines that render, looked up when they are needed."""
+def _engines() -> list[str]:
+    """Names of the engines that render, in the order of the registry."""
+    from mrm_mtlx.engines import registry
 
-    def __init__(self) -> None:
-        self.case_sensitive = True
+    return [name for name, engine in registry.engines().items() if registry.renders(engine)]
 
-    @property
-    def choices(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The names, in the order of the registry."""
-        from mrm_mtlx.engines import registry
 
-        return tuple(name for name, engine in registry.engines().items() if registry.renders(engine))
+def _known(name: str | None) -> str | None:
+    """Refuse an engine that does not render, or is not there."""
+    if name is not None and name not in _engines():
+        raise typer.BadParameter(f"'{name}' is not one of {', '.join(map(repr, _engines()))}.")
+    return name
 
 
 def register(app: typer.Typer) -> None:
@@ -68,9 +67,11 @@ def render(
         str | None,
         typer.Option(
             "--engine",
-            click_type=EngineChoice(),
-            help="The generated GLSL in the OpenGL driver, or the OSL, path-traced in Cycles.",
-            show_default="the first",
+            metavar="NAME",
+            callback=_known,
+            autocompletion=_engines,
+            help="gl, the generated GLSL in OpenGL; cycles, the OSL, path-traced; or another that renders, see "
+            "`mrm doctor`. Default: gl.",
         ),
     ] = None,
     paths: Annotated[
@@ -102,7 +103,7 @@ def render(
     refuse_missing_folder(output, "--output")
     if exposure is not None and not -100.0 <= exposure <= 100.0:
         raise typer.BadParameter(f"{exposure}: expected -100 to 100 stops", param_hint="--exposure")
-    engine = registry.engines()[engine_name or EngineChoice().choices[0]]
+    engine = registry.engines()[engine_name or _engines()[0]]
     available = engine.availability()
     if not available.available:
         typer.echo(f"mrm: {available.detail}; to add it: {available.remedy}", err=True)

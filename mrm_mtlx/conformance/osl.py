@@ -159,7 +159,14 @@ def compile_function(
 
 
 def _closures(
-    case: Case, variant: str, samples: int, seed: int, bench: ClosureBench, *, origin: Origin, mode: OslMode = OslMode.ALIGNED
+    case: Case,
+    variant: str,
+    samples: int,
+    seed: int,
+    bench: ClosureBench,
+    *,
+    origin: Origin,
+    mode: OslMode = OslMode.ALIGNED,
 ) -> CaseResult:
     """What the closures of the generated shader reflect of suns at several angles."""
     library = load_library(origin)
@@ -203,9 +210,7 @@ def _compiled(
     return bench.compile(source, "case")
 
 
-def _sun_points(
-    case: Case, samples: int, seed: int, bench: ClosureBench
-) -> tuple[list[ShadingPoints], ShadingPoints]:
+def _sun_points(case: Case, samples: int, seed: int, bench: ClosureBench) -> tuple[list[ShadingPoints], ShadingPoints]:
     """Samples per sun, and all of them with the normals that the renderer has for them."""
     rng = sampling.generator(seed, case.name)
     count = -(-samples // len(ANGLES_DEG))

@@ -127,18 +127,22 @@ class ElementCheck:
         # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
         flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
         ignoring = frozenset(str(n.getName()) for n in flags if ignores_flag(shader, n.getName()))
-        engine = registry.engine_for(target)
-        if engine is None:
-            result, findings = TargetResult("generate", "skip", registry.unserved(target)), []
-        elif registry.runs(engine):
-            mended = partial(mended_shaders, self._element, self._library)
-            expected = {"": (self._expectation, {})}
-            result, findings = check_draws(engine, shader, self._images, expected, self._place, mended)[""]
-        else:
-            result, findings = check_compiles(engine, shader, self._place)
-            if result.status == "pass" and not ignoring:
-                result, findings = self._compare_closures(target, result)
+        result, findings = self._compiled_or_run(shader, honoured=not ignoring)
         return _Outcome(result, findings, self._images.findings, ignoring)
+
+    def _compiled_or_run(self, shader: Shader, *, honoured: bool) -> tuple[TargetResult, list[Finding]]:
+        """What engines make of a shader; closures are compared where the flags are `honoured`."""
+        engine = registry.engine_for(shader.target)
+        if engine is None:
+            return TargetResult("generate", "skip", registry.unserved(shader.target)), []
+        if registry.runs(engine):
+            mended = partial(mended_shaders, self._element, self._library)
+            found = check_draws(engine, shader, self._images, {"": (self._expectation, {})}, self._place, mended)
+            return found[""]
+        result, findings = check_compiles(engine, shader, self._place)
+        if result.status == "pass" and honoured:
+            return self._compare_closures(shader.target, result)
+        return result, findings
 
     def _compare_closures(self, target: str, compiled: TargetResult) -> tuple[TargetResult, list[Finding]]:
         """The comparison of what closures reflect; where nothing here measures it, what the compiler said."""

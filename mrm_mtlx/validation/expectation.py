@@ -121,9 +121,7 @@ class Expectation:
         """Path of the node whose value in the reference is the first that is no finite number, or ""."""
         return "" if self.surface is None else self.surface.not_finite(self._points[0])
 
-    def draw(
-        self, program: Program, uniforms: Mapping[str, Any] | None = None
-    ) -> tuple[NDArray[np.floating], ...]:
+    def draw(self, program: Program, uniforms: Mapping[str, Any] | None = None) -> tuple[NDArray[np.floating], ...]:
         """Colours that a shader gives for the samples: under the light and, where it takes one, in the environment."""
         pixel = np.full((1, 1, 3), _SURROUNDINGS, dtype=np.float32)
         lighting = [Lighting(DirectionalLight(sampling.LIGHT))]

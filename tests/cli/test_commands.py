@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mrm_mtlx.engines.availability import Availability
+from mrm_mtlx.engines.base import Availability
 from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.library import node_library_folder
 from mrm_mtlx.library.surface_models import SURFACE_MODELS, Extension

@@ -8,7 +8,6 @@ import pytest
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
 from mrm_mtlx.conformance import NODES, Case, cases, run
 from mrm_mtlx.conformance.cases import ALPHA_RANGE, case_document, case_points
-from mrm_mtlx.conformance.hardware import TARGETS
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.library import DataLibrary, Origin
 from mrm_mtlx.reference import Surface
@@ -49,8 +48,8 @@ def test_every_case_passes_with_our_library_and_with_the_standard_one(gl_clean, 
 @pytest.mark.parametrize("node", NODES)
 def test_every_node_passes_on_both_targets(gl_clean, node):
     case = Case(node, retroreflective=True, anisotropic=True, film=False)
-    results = list(run(TARGETS, SAMPLES, 0, Origin.MRM, chosen=[case]))
-    assert [result.target for result in results] == list(TARGETS)
+    results = list(run(("glsl", "essl"), SAMPLES, 0, Origin.MRM, chosen=[case]))
+    assert [result.target for result in results] == ["glsl", "essl"]
     assert_passed(results)
 
 

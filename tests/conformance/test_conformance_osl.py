@@ -30,7 +30,9 @@ SMALL = {"angles": 32, "azimuths": 16}
 @pytest.fixture
 def small(cycles, monkeypatch: pytest.MonkeyPatch) -> None:
     """The engine, and aligned lobes measured at few widths and angles."""
-    monkeypatch.setattr(osl, "measure_aligned", lambda node: measure_aligned(node, ALPHAS, VIEWS, **SMALL))
+    monkeypatch.setattr(
+        osl, "measure_aligned", lambda bench, node: measure_aligned(bench, node, ALPHAS, VIEWS, **SMALL)
+    )
 
 
 def results_of(chosen: list[Case], origin: Origin = Origin.MRM) -> list[CaseResult]:
@@ -107,7 +109,7 @@ def test_results_depend_on_the_seed_and_not_on_what_else_runs(cycles):
 def test_without_the_runtime_the_cases_are_skipped_with_reason_and_remedy(monkeypatch, tmp_path):
     monkeypatch.setenv(engine.process.VARIABLE, str(tmp_path / "nowhere"))
     monkeypatch.setattr(engine.process, "_RUNNING", [])
-    monkeypatch.setattr(engine, "availability", engine.process.availability.__wrapped__)  # not the kept answer
+    monkeypatch.setattr(engine.process, "availability", engine.process.availability.__wrapped__)  # not the kept answer
     for result in results_of(cases()[:2]):
         assert result.status == "skip"
         assert "nowhere" in result.reason
@@ -177,7 +179,11 @@ def largest_move(first: list[Approximation], second: list[Approximation]) -> flo
 def test_the_figures_of_aligned_lobes_do_not_depend_on_the_quadrature(cycles):
     # Of all that is measured these move most: the widest lobes, at 60 degrees, end at the horizon.
     coarse, as_it_is, fine = (
-        list(measure_aligned("generalized_schlick_bsdf", (0.1,), (60.0,), angles=angles, azimuths=azimuths))
+        list(
+            measure_aligned(
+                engine.CYCLES.bench, "generalized_schlick_bsdf", (0.1,), (60.0,), angles=angles, azimuths=azimuths
+            )
+        )
         for angles, azimuths in ((12, 8), (approximation._ANGLES, approximation._AZIMUTHS), (192, 64))
     )
     assert largest_move(as_it_is, fine) < 1e-3  # what the module states
@@ -287,5 +293,5 @@ ALIGNED = {
 def test_a_wrong_aligned_lobe_breaks_its_bounds(changed, damage):
     file, old, new, node, alpha, view = ALIGNED[damage]
     changed(file, old, new)
-    figures = list(measure_aligned(node, (alpha,), (view,), **SMALL))
+    figures = list(measure_aligned(engine.CYCLES.bench, node, (alpha,), (view,), **SMALL))
     assert all(figure.passed for figure in figures) == (damage == "nothing")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import Environment, SurfaceProgram
+from mrm_mtlx.engines.base import Environment
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.shadergen import generate
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mrm_mtlx.engines import compilers
+from mrm_mtlx.engines import glslang, slang
+from mrm_mtlx.engines.base import CompileError
 
 METAL = """
 <conductor_bsdf name="bsdf" type="BSDF">
@@ -18,31 +19,30 @@ MISSPELT = {
     "new": "ClosureData mirrored = mrm_mirrored_view(closureData",
 }
 
-COMPILERS = {
-    "vulkan": (compilers.vulkan_availability, compilers.compile_vulkan),
-    "slang": (compilers.slang_availability, compilers.compile_slang),
-}
+COMPILERS = {engine.name: engine for engine in (glslang.ENGINE, slang.ENGINE)}
 
 
 @pytest.fixture(params=COMPILERS)
 def compiler(request):
-    """Target and compile function; skips where the compiler is not installed."""
-    availability, compile_shader = COMPILERS[request.param]
-    state = availability()
+    """The engine of a target; skips where the compiler is not installed."""
+    engine = COMPILERS[request.param]
+    state = engine.availability()
     if not state.available:
         pytest.skip(f"{request.param}: {state.detail}; {state.remedy}")
-    return request.param, compile_shader
+    return engine
 
 
 def test_a_generated_shader_compiles(compiler, shader_of, surface_document):
-    target, compile_shader = compiler
-    assert compile_shader(shader_of(surface_document(METAL), target=target)) == ""
+    program = compiler.compile(shader_of(surface_document(METAL), target=compiler.targets[0]))
+    assert not program.capabilities.runs
 
 
 def test_a_misspelt_call_is_named_with_its_line(compiler, shader_of, surface_document):
-    target, compile_shader = compiler
+    target = compiler.targets[0]
     shader = shader_of(surface_document(METAL), target=target, **MISSPELT)
-    message = compile_shader(shader)
+    with pytest.raises(CompileError) as refused:
+        compiler.compile(shader)
+    message = str(refused.value.messages[0])
     lines = shader.sources["pixel"].split("\n")
     number = next(k for k, line in enumerate(lines, 1) if MISSPELT["new"] in line)
     assert f": {lines[number - 1].strip()}" in message
@@ -52,15 +52,14 @@ def test_a_misspelt_call_is_named_with_its_line(compiler, shader_of, surface_doc
 
 
 def test_a_compiler_that_works_names_itself_and_needs_no_remedy(compiler):
-    target, _ = compiler
-    state = COMPILERS[target][0]()
+    state = compiler.availability()
     assert state.detail
     assert state.remedy == ""
 
 
 def test_an_absent_compiler_is_reported_with_its_remedy(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
-    state = compilers.vulkan_availability()
+    state = glslang.ENGINE.availability()
     assert not state.available
     assert "glslangValidator not found" in state.detail
     assert "apt-get install" in state.remedy

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import CompileError, DirectionalLight, Environment, Lighting, PointLight, SurfaceProgram
+from mrm_mtlx.engines.base import CompileError, DirectionalLight, Environment, Lighting, PointLight
+from mrm_mtlx.engines.gl import SurfaceProgram
 
 UNIT = 2.0**-24
 

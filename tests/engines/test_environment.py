@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import Environment, Lighting
+from mrm_mtlx.engines.base import Environment, Lighting
 
 NODES = ("conductor", "dielectric", "generalized_schlick")
 by_node = pytest.mark.parametrize("node", NODES)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines import osl
+from mrm_mtlx.engines.base import CompileError, CompileMessage, EngineFailure
 from mrm_mtlx.engines.osl import compiler, process
 from mrm_mtlx.engines.osl.compiler import parse_log
 from mrm_mtlx.shadergen import generate, renderable_elements
@@ -43,9 +44,9 @@ def shader(*lines: str) -> str:
     return "\n".join(["shader wrong(float a = 0.5, output closure color out = 0)", "{", *lines, "}", ""])
 
 
-def complaints(source: str, name: str = "wrong") -> list[osl.CompileMessage]:
+def complaints(source: str, name: str = "wrong") -> list[CompileMessage]:
     """What the compiler has against a source."""
-    with pytest.raises(osl.CompileError) as raised:
+    with pytest.raises(CompileError) as raised:
         osl.check(source, name)
     assert str(raised.value) == "; ".join(message.message for message in raised.value.messages)
     return raised.value.messages
@@ -199,7 +200,7 @@ def test_a_line_beyond_the_source_is_not_quoted():
     [("", "the compiler gave no reason"), ("\n \n", "the compiler gave no reason"), ("a\n b\n", "a b")],
 )
 def test_there_is_always_a_message(log, words):
-    assert parse_log(log, SOURCE, "s") == [osl.CompileMessage(0, "", words)]
+    assert parse_log(log, SOURCE, "s") == [CompileMessage(0, "", words)]
 
 
 # oslc -----------------------------------------------------------------------------------------------------------------
@@ -279,7 +280,7 @@ def test_nothing_is_left_of_what_oslc_was_given(oslc, monkeypatch, tmp_path):
 def test_an_oslc_that_hangs_is_ended(monkeypatch, tmp_path):
     put_on_path(monkeypatch, tmp_path, "#!/bin/sh\nexec sleep 3600\n")
     monkeypatch.setattr(compiler, "_TIMEOUT_S", 0.2)
-    with pytest.raises(osl.RuntimeFailure, match=r"oslc did not finish within 0\.2 s"):
+    with pytest.raises(EngineFailure, match=r"oslc did not finish within 0\.2 s"):
         osl.check(GOOD, "good")
 
 
@@ -293,7 +294,7 @@ def test_an_oslc_that_gives_no_reason_still_refuses(monkeypatch, tmp_path):
 @posix
 def test_an_oslc_that_crashes_is_not_the_fault_of_the_source(monkeypatch, tmp_path):
     put_on_path(monkeypatch, tmp_path, "#!/bin/sh\nkill -SEGV $$\n")
-    with pytest.raises(osl.RuntimeFailure, match="SIGSEGV"):
+    with pytest.raises(EngineFailure, match="SIGSEGV"):
         osl.check(GOOD, "good")
 
 
@@ -310,7 +311,7 @@ def test_with_no_compiler_at_all_the_remedy_is_given(no_oslc, monkeypatch):
     monkeypatch.setattr(process, "_RUNNING", [])
     monkeypatch.delenv(process.VARIABLE, raising=False)
     monkeypatch.setitem(sys.modules, "bpy", None)  # the import system's own mark of a module that is not there
-    with pytest.raises(osl.RuntimeFailure, match=r"bpy is not installed.*; .*pip install"):
+    with pytest.raises(EngineFailure, match=r"bpy is not installed.*; .*pip install"):
         osl.check(GOOD, "good")
 
 
@@ -322,7 +323,7 @@ def test_the_stand_in_for_oslc_and_the_compiler_in_cycles_agree_on_what_is_wrong
         command = ["oslc", "-q", "-o", "one.oso", "one.osl"]
         assert subprocess.run(command, cwd=tmp_path, capture_output=True, check=False).returncode == status
         if status:
-            with pytest.raises(osl.CompileError):
+            with pytest.raises(CompileError):
                 osl.compile_for_cycles(source, "one")
         else:
             lit = osl.direct_light(osl.compile_for_cycles(source, "one"), np.array([[0.0, 0.0, 1.0]]), {}, [[0, 0, 1]])

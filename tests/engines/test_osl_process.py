@@ -20,8 +20,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines import osl
+from mrm_mtlx.engines.base import EngineFailure
 from mrm_mtlx.engines.osl import process
-from mrm_mtlx.engines.osl.process import RuntimeFailure
 from mrm_mtlx.system.writing import replacing
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def test_an_interpreter_without_bpy_is_tried_and_named_with_what_it_lacks(tried,
     interpreter = tmp_path / "bare" / "bin" / "python"
     assert_absent(tried(interpreter), str(interpreter), "No module named 'bpy'")
     assert left_in(fresh) == []
-    with pytest.raises(RuntimeFailure, match="No module named 'bpy'"):
+    with pytest.raises(EngineFailure, match="No module named 'bpy'"):
         process.runtime()
 
 
@@ -154,7 +154,7 @@ def test_an_interpreter_that_does_not_exist_leaves_no_folder(tried, tmp_path, fr
 
 def test_asking_for_a_runtime_that_cannot_start_is_a_runtime_failure(monkeypatch, tmp_path, fresh):
     monkeypatch.setenv(process.VARIABLE, str(tmp_path / "nowhere"))
-    with pytest.raises(RuntimeFailure, match="nowhere"):
+    with pytest.raises(EngineFailure, match="nowhere"):
         process.runtime()
 
 
@@ -205,7 +205,7 @@ def test_another_python_is_told_of_the_one_that_bpy_is_for(without_bpy, monkeypa
     assert state.remedy.startswith("python3.11 -m venv ")
     assert f"pip install '{process.REQUIREMENT}'" in state.remedy
     assert process.VARIABLE in state.remedy
-    with pytest.raises(RuntimeFailure, match=r"its wheel is for Python 3\.11 alone .*; python3\.11 -m venv"):
+    with pytest.raises(EngineFailure, match=r"its wheel is for Python 3\.11 alone .*; python3\.11 -m venv"):
         process.runtime()
 
 
@@ -273,7 +273,7 @@ def test_a_crash_is_named_by_its_signal_and_the_next_one_starts_anew(cycles, fre
     first = process.runtime()
     assert process.runtime() is first
     os.kill(first.versions["pid"], signal.SIGSEGV)
-    with pytest.raises(RuntimeFailure, match="ended with signal SIGSEGV in 'versions'"):
+    with pytest.raises(EngineFailure, match="ended with signal SIGSEGV in 'versions'"):
         first.request("versions")
     second = process.runtime()
     assert second is not first
@@ -281,7 +281,7 @@ def test_a_crash_is_named_by_its_signal_and_the_next_one_starts_anew(cycles, fre
     # In the middle of a request, too.
     assassin = threading.Timer(0.5, os.kill, (second.versions["pid"], signal.SIGABRT))
     assassin.start()
-    with pytest.raises(RuntimeFailure, match="ended with signal SIGABRT in 'render'"):
+    with pytest.raises(EngineFailure, match="ended with signal SIGABRT in 'render'"):
         endless()
     assassin.join()
     third = process.runtime()
@@ -294,7 +294,7 @@ def test_a_request_that_takes_too_long_is_ended_with_the_process(cycles, fresh, 
     monkeypatch.setitem(process.CyclesProcess.request.__kwdefaults__, "timeout_s", 0.5)
     runtime = process.runtime()
     start = time.monotonic()
-    with pytest.raises(RuntimeFailure, match=r"gave no answer within 0\.5 s"):
+    with pytest.raises(EngineFailure, match=r"gave no answer within 0\.5 s"):
         endless()
     assert time.monotonic() - start < 0.5 + END_S
     assert ends_within(runtime.versions["pid"], END_S)
@@ -304,14 +304,14 @@ def test_a_request_that_takes_too_long_is_ended_with_the_process(cycles, fresh, 
 def test_what_follows_a_request_that_took_too_long_has_a_process_of_its_own(cycles, fresh, monkeypatch):
     with monkeypatch.context() as impatient:
         impatient.setitem(process.CyclesProcess.request.__kwdefaults__, "timeout_s", 0.5)
-        with pytest.raises(RuntimeFailure, match="gave no answer"):
+        with pytest.raises(EngineFailure, match="gave no answer"):
             endless()
     assert process.runtime().request("versions")[0]["with_osl"]
 
 
 def test_a_refused_request_leaves_the_process_alive(cycles):
     runtime = process.runtime()
-    with pytest.raises(RuntimeFailure, match="the shader has no input q; it has"):
+    with pytest.raises(EngineFailure, match="the shader has no input q; it has"):
         osl.evaluate(osl.compile_for_cycles(WITH_HEADER, "with_header"), {"q": np.zeros(3)})
     assert process.runtime() is runtime
     assert runtime.request("versions")[0]["blender"] == runtime.versions["blender"]
@@ -453,7 +453,7 @@ def test_a_source_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles):
     source = process.runtime().folder / "homeless.osl"
     source.symlink_to("/dev/full")
     try:
-        with pytest.raises(RuntimeFailure, match=r"shader could not be written .*: No space left on device"):
+        with pytest.raises(EngineFailure, match=r"shader could not be written .*: No space left on device"):
             osl.check(WHITE, "homeless")
     finally:
         source.unlink()
@@ -462,7 +462,7 @@ def test_a_source_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles):
 @linux
 def test_headers_that_did_not_fit_on_the_disk_are_written_when_there_is_room_again(cycles, fresh):
     process.runtime()
-    with files_limited_to(100), pytest.raises(RuntimeFailure, match="shader could not be written"):
+    with files_limited_to(100), pytest.raises(EngineFailure, match="shader could not be written"):
         osl.compile_for_cycles(WITH_HEADER, "with_header")
     osl.compile_for_cycles(WITH_HEADER, "with_header")
 
@@ -472,7 +472,7 @@ def test_headers_that_did_not_fit_on_the_disk_are_written_when_there_is_room_aga
 def test_a_compiled_shader_that_does_not_fit_on_the_disk_is_not_the_fault_of_the_source(cycles, room):
     with (
         files_limited_to(room, process.runtime().versions["pid"]),
-        pytest.raises(RuntimeFailure, match="disk of temporary files full"),
+        pytest.raises(EngineFailure, match="disk of temporary files full"),
     ):
         osl.compile_for_cycles(WHITE, "white")
 
@@ -485,7 +485,7 @@ def test_a_picture_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles, ro
     runtime = process.runtime()
     with (
         files_limited_to(room, runtime.versions["pid"]),
-        pytest.raises(RuntimeFailure, match="picture could not be read back; is the disk of temporary files full"),
+        pytest.raises(EngineFailure, match="picture could not be read back; is the disk of temporary files full"),
     ):
         osl.evaluate(shader, values)
     # With room again, the same process goes on.
@@ -497,8 +497,9 @@ def test_a_picture_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles, ro
 def test_a_picture_that_cannot_be_read_leaves_no_words_for_the_end_of_the_process(tmp_path, content):
     (tmp_path / "half.exr").write_bytes(content)
     code = (
-        "import sys, pathlib; from mrm_mtlx.engines.osl.scenes import RuntimeFailure, _read\n"
-        "try:\n    _read(pathlib.Path(sys.argv[1]))\nexcept RuntimeFailure:\n    print('refused')\n"
+        "import sys, pathlib\n"
+        "from mrm_mtlx.engines.base import EngineFailure\nfrom mrm_mtlx.engines.osl.scenes import _read\n"
+        "try:\n    _read(pathlib.Path(sys.argv[1]))\nexcept EngineFailure:\n    print('refused')\n"
     )
     done = python("-c", code, str(tmp_path / "half.exr"))
     assert done.stdout == "refused\n"
@@ -507,7 +508,7 @@ def test_a_picture_that_cannot_be_read_leaves_no_words_for_the_end_of_the_proces
 
 def test_a_missing_folder_of_temporary_files_is_a_runtime_failure(cycles, fresh, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(fresh / "nowhere"))
-    with pytest.raises(RuntimeFailure, match="no temporary folder could be made: No such file or directory"):
+    with pytest.raises(EngineFailure, match="no temporary folder could be made: No such file or directory"):
         process.runtime()
     state = process.availability.__wrapped__()
     assert_absent(state, "no temporary folder could be made")

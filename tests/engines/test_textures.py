@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.documents.images import as_read
-from mrm_mtlx.engines.gl import Lighting
+from mrm_mtlx.engines.base import Lighting
 from mrm_mtlx.engines.gl.context import context, parking_target
 from mrm_mtlx.engines.gl.image_calls import Sampling, samplings
 from mrm_mtlx.engines.gl.textures import upload

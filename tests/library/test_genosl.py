@@ -13,6 +13,7 @@ import pytest
 from mrm_mtlx import bsdf
 from mrm_mtlx.bsdf import fresnel
 from mrm_mtlx.engines import osl
+from mrm_mtlx.engines.base import Scene, looking_along
 from mrm_mtlx.library import node_library_folder
 from mrm_mtlx.shadergen import OslMode, generate
 
@@ -300,7 +301,7 @@ def prism() -> tuple[dict[str, Array], dict[str, object]]:
     camera = {
         "width": float(max(width, height)), "resolution": [width, height], "clip": [1.0, 2e3], "filter_width": 1.0,
         "alone": True,
-        "matrix": osl.looking_along((0.0, 0.0, 1.0), (0.0, 0.0, 1e3)),
+        "matrix": looking_along((0.0, 0.0, 1.0), (0.0, 0.0, 1e3)),
     }  # fmt: skip
     return arrays, camera
 
@@ -309,7 +310,7 @@ def albedos(text: str) -> tuple[Array, Array]:
     """What of uniform light a shader returns, (angles, widths), and the standard deviations of these means."""
     arrays, camera = prism()
     shader = osl.compile_for_cycles(f"#define MRM_PORTAL_STEP 0.1\n{text}", "furnace")
-    scene = osl.Scene(arrays, camera, world={"radiance": [1.0, 1.0, 1.0]}, samples=PATHS, bounces=4)
+    scene = Scene(arrays, camera, world={"radiance": [1.0, 1.0, 1.0]}, samples=PATHS, bounces=4)
     (image,) = osl.render(shader, scene)
     # Row 0 is on top, where y is largest; channel 1 stands for all: nothing here has a colour.
     cells = image[::-1, :, 1].astype(float).reshape(len(ANGLES), CELL, len(ALPHAS), CELL)[:, 1:-1, :, 1:-1]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import DirectionalLight, Lighting, SurfaceProgram
+from mrm_mtlx.engines.base import DirectionalLight, Lighting
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ShadingPoints
 from mrm_mtlx.shadergen import generate
 

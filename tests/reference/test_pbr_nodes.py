@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import DirectionalLight, Lighting, SurfaceProgram
-from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
+from mrm_mtlx.engines.base import DirectionalLight, Lighting
+from mrm_mtlx.engines.base import Environment as DrawnEnvironment
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ROUNDING_FACTOR, Environment, Illumination, Surface
 from mrm_mtlx.reference.closures import hair
 from mrm_mtlx.reference.deviations import Deviation

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import Environment as DrawnEnvironment
-from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
+from mrm_mtlx.engines.base import Environment as DrawnEnvironment
+from mrm_mtlx.engines.base import Lighting
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import Environment, Illumination, Surface
 from mrm_mtlx.render.environment import latlong_directions
 from mrm_mtlx.shadergen import generate

@@ -9,6 +9,7 @@ import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.render import picture
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def rendered(gl, surface_document: Callable, library: DataLibrary, tmp_path_fact
         document = surface_document(nodes)
         plain = {"shape": "sphere", "light_degrees": None, "size": SIZE, "environment": None, "compare": False}
         settings = picture.PictureOptions(**{**plain, **changes})
-        return picture.render(document.getNode("m"), library, Reach.only(folder), settings)
+        return picture.render(document.getNode("m"), library, Reach.only(folder), settings, ENGINE)
 
     return draw
 

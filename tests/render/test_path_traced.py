@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.engines import gl as gl_engine
+from mrm_mtlx.engines.osl import CYCLES
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode
 
@@ -43,11 +45,11 @@ def both(cycles, gl, surface_document, library, tmp_path) -> Callable[..., tuple
         plain = {"shape": "sphere", "light_degrees": 30.0, "size": SIZE, "environment": None, "compare": False}
         settings = picture.PictureOptions(**{**plain, **changes})
         first, second = (surface_document(nodes) for _ in range(2))
-        drawn = picture.render(first.getNode("m"), library, Reach.only(tmp_path), settings)
+        drawn = picture.render(first.getNode("m"), library, Reach.only(tmp_path), settings, gl_engine.ENGINE)
         step = picture.OVERSAMPLING
         drawn = drawn.reshape(drawn.shape[0] // step, step, drawn.shape[1] // step, step, 3).mean(axis=(1, 3))
         traced = path_traced.render(
-            second.getNode("m"), library, Reach.only(tmp_path), settings, paths=PATHS, mode=mode
+            second.getNode("m"), library, Reach.only(tmp_path), settings, CYCLES.path_tracer, paths=PATHS, mode=mode
         )
         return drawn, traced
 
@@ -121,6 +123,7 @@ def test_progress_is_told_and_the_seed_fixes_the_picture(cycles, surface_documen
             library,
             Reach.only(tmp_path),
             settings,
+            CYCLES.path_tracer,
             paths=32,
             seed=seed,
             progress=lambda done, total: heard.append((done, total)),

@@ -16,7 +16,8 @@ from zlib import crc32
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
+from mrm_mtlx.engines.base import Lighting
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ShadingPoints, Surface
 from mrm_mtlx.shadergen import generate
 

@@ -11,7 +11,8 @@ import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents.images import ADDRESS_MODES, FILTER_TYPES, read_image
-from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
+from mrm_mtlx.engines.base import Lighting
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ROUNDING_FACTOR, ShadingPoints, Surface
 from mrm_mtlx.reference.textures import hextile
 from mrm_mtlx.reference.textures import lookup as texture_lookup

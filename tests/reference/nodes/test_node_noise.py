@@ -8,7 +8,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines.gl import Lighting, SurfaceProgram
+from mrm_mtlx.engines.base import Lighting
+from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ShadingPoints, Surface
 from mrm_mtlx.reference.textures import flakes, hashing
 from mrm_mtlx.reference.textures import noise as noise_functions
