@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.documents.elements import location
 from mrm_mtlx.engines import registry
 from mrm_mtlx.engines.base import EngineFailure
-from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
