@@ -368,7 +368,7 @@ def usd() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "stage.usda")
         path.write_text(f'{head}def Xform "W" {{\n{materials}{meshes}}}\n', encoding="utf-8")
-        remarks = read_document(path, Reach.beside(path), library, path.parent)[1]
+        remarks = read_document(path, Reach.beside(path), library, path.parent).findings
         taken = best_time(lambda: read_document(path, Reach.beside(path), library, path.parent), 3)
     print(f"reading {MATERIALS} materials of a stage of {PRIMS} prims: {taken:.2f} s, {len(remarks)} remarks")
 

@@ -143,16 +143,14 @@ def three_formats(target: Path) -> None:
             scratch.mkdir()
             form = format_of(path)
             assert form is not None
-            form.write(
-                read_document(paths[0], Reach(paths[0].parent, Path(folder)), library, scratch)[0], path, library
-            )
+            form.write(read_document(paths[0], Reach(paths[0].parent, Path(folder)), library, scratch), path, library)
         for column, path in enumerate(paths):
             scratch = Path(folder) / f"of_{path.suffix[1:]}"
             scratch.mkdir()
-            read, _ = read_document(path, Reach.beside(path), library, scratch)
+            read = read_document(path, Reach.beside(path), library, scratch)
             for row, angle in enumerate((None, 30.0)):
                 options = picture.PictureOptions("cone", angle, 256, None, compare=False)
-                image = picture.render(renderable_elements(read.document)[0], library, read.reach, options, gl.ENGINE)
+                image = picture.render(renderable_elements(read.materialx)[0], library, read.reach, options, gl.ENGINE)
                 image = image.reshape(256, picture.OVERSAMPLING, 256, picture.OVERSAMPLING, 3).mean(axis=(1, 3))
                 first = firsts.setdefault(angle, image)
                 print(f"{path.name:10} {angle or 0:4g} deg  largest {np.abs(image - first).max():.1e}")

@@ -18,7 +18,7 @@ from mrm_mtlx.system.arguments import ArgumentError, check_choice, refuse
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
@@ -47,13 +47,13 @@ class OpenDocument:
     path: Path
     findings: tuple[Finding, ...]
     elements: tuple[str, ...]
-    imported: Imported = field(repr=False)
+    imported: Document = field(repr=False)
     library: DataLibrary = field(repr=False)
 
     @property
     def document(self) -> Any:
         """The MaterialX document itself."""
-        return self.imported.document
+        return self.imported.materialx
 
     def element(self, name: str) -> Any:
         """A renderable element of MaterialX, by its name."""
@@ -186,25 +186,25 @@ def _folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
     return folders
 
 
-def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Imported | None, list[Finding]]:
+def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Document | None, list[Finding]]:
     """A document, None if it cannot be used, and what is to be said of it."""
     from mrm_mtlx.documents.document import ReadError
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.findings import rules
     from mrm_mtlx.findings.finding import capped
-    from mrm_mtlx.formats.reading import in_file, read_document
+    from mrm_mtlx.formats.reading import read_document
     from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.graph_checks import check_graph
 
     if not path.exists():
         return None, [rules.READ_MISSING.at("", f"'{path}' does not exist")]
     try:
-        imported, findings = read_document(path, Reach.beside(path, roots), library, _scratch())
-        checked = check_graph(imported.document)
-        checked += check_files(imported.document, imported.reach, library)
+        imported = read_document(path, Reach.beside(path, roots), library, _scratch())
+        checked = check_graph(imported.materialx)
+        checked += check_files(imported.materialx, imported.reach, library)
     except ReadError as error:
         return None, [error.finding]
-    findings = findings + [in_file(found, imported) for found in checked]
+    findings = imported.findings + [imported.in_source(found) for found in checked]
     usable = not any(found.blocks for found in findings)
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
     shown = capped(found for found in findings if not found.rule.of_host)
@@ -221,11 +221,11 @@ def _first(path: Path, findings: Sequence[Finding]) -> str:
 
 
 def _chosen(
-    path: Path, imported: Imported, findings: list[Finding], library: DataLibrary, element: str | None
+    path: Path, imported: Document, findings: list[Finding], library: DataLibrary, element: str | None
 ) -> OpenDocument:
     from mrm_mtlx.shadergen import renderable_elements
 
-    names = tuple(e.getNamePath() for e in renderable_elements(imported.document))
+    names = tuple(e.getNamePath() for e in renderable_elements(imported.materialx))
     opened = OpenDocument(path, tuple(findings), names, imported, library).only(element)
     if not opened.elements:
         msg = f"{path} has nothing to render"

@@ -119,7 +119,7 @@ def _translate(path: Path, output: Path, roots: list[Path] | None, *, force: boo
     opened = open_document(path, library, None, roots)
 
     def said(findings: list[Finding]) -> list[Finding]:
-        found = [replace(found, location=opened.imported.place(found.location)) for found in findings]
+        found = [replace(found, location=opened.imported.source_location(found.location)) for found in findings]
         print_findings(found)
         return found
 

@@ -14,7 +14,7 @@ from mrm_mtlx.system import child
 from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 class OpenDocument(NamedTuple):
     """A document and the renderable elements in question; the elements live as long as the document is held."""
 
-    imported: Imported
+    imported: Document
     elements: list[Any]
 
     @property
     def document(self) -> Any:
         """The document itself."""
-        return self.imported.document
+        return self.imported.materialx
 
 
 def open_document(
@@ -52,7 +52,7 @@ def open_document(
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.findings import rules
     from mrm_mtlx.findings.finding import capped
-    from mrm_mtlx.formats.reading import in_file, read_document
+    from mrm_mtlx.formats.reading import read_document
     from mrm_mtlx.shadergen import renderable_elements
     from mrm_mtlx.validation.file_checks import check_files
     from mrm_mtlx.validation.graph_checks import check_graph
@@ -65,17 +65,17 @@ def open_document(
         findings = [rules.READ_MISSING.at("", f"'{path}' does not exist")]
     else:
         try:
-            imported, findings = read_document(path, Reach.beside(path, tuple(roots or ())), library, _scratch())
-            checked = check_graph(imported.document)
-            checked += check_files(imported.document, imported.reach, library)
-            findings = findings + [in_file(found, imported) for found in checked]
+            imported = read_document(path, Reach.beside(path, tuple(roots or ())), library, _scratch())
+            checked = check_graph(imported.materialx)
+            checked += check_files(imported.materialx, imported.reach, library)
+            findings = imported.findings + [imported.in_source(found) for found in checked]
         except ReadError as error:
             findings = [error.finding]
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
     print_findings(capped(found for found in findings if not found.rule.of_host))
     if imported is None or any(found.blocks for found in findings):
         raise typer.Exit(1)
-    elements = renderable_elements(imported.document)
+    elements = renderable_elements(imported.materialx)
     names = [e.getNamePath() for e in elements]
     if element is not None and element not in names:
         raise typer.BadParameter(f"{element}: expected one of {', '.join(names)}", param_hint="--element")

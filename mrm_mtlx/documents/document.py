@@ -1,11 +1,13 @@
-"""What a file of another format gives: a MaterialX document, and where in the file its elements come from."""
+"""A document that was read: its MaterialX, the file that it comes from, and where its names of files lead."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import MaterialX as mx
 
     from mrm_mtlx.documents.files import Reach
@@ -28,35 +30,43 @@ class NothingToWriteError(ValueError):
         self.findings = findings
 
 
-@dataclass
-class Imported:
-    """A file that was read.
+@dataclass(kw_only=True)
+class Document:
+    """A document, however it is stored.
 
     Attributes
     ----------
-    document
+    materialx
         What it says, in MaterialX; its data library is set.
-    places
-        Path of an element of the document, "material/node/input", to its place in the source file. An element that is
-        not there lies where its nearest parent does; empty for a file that is a document itself.
-    findings
-        What is wrong, or could not be carried over.
+    path
+        The file that it was read from.
     reach
-        Where the document's names of files lead.
+        Where its names of files lead.
     packed
-        Whether that is a scratch folder, with what was inside of the file.
+        Whether `reach` leads to a scratch folder, with what was inside of the file.
+    source_locations
+        Path of an element, "material/node/input", to where the source file has it, in that format's words: a prim's
+        path, a JSON pointer. An element that is not there lies where its nearest parent does; empty for a file whose
+        own elements these are.
+    findings
+        What reading it found: what is wrong, or could not be carried over.
     """
 
-    document: mx.Document
-    places: dict[str, str] = field(default_factory=dict)
-    findings: list[Finding] = field(default_factory=list)
-    reach: Reach = field(kw_only=True)
+    materialx: mx.Document
+    path: Path
+    reach: Reach
     packed: bool = False
+    source_locations: dict[str, str] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
 
-    def place(self, location: str) -> str:
-        """Where in the source file an element lies that the document has at "/material/node/input"."""
+    def source_location(self, location: str) -> str:
+        """Where the source file has the element at "/material/node/input", or else the nearest of its parents."""
         path, rest = location.removeprefix("/"), ""
-        while path and path not in self.places:
+        while path and path not in self.source_locations:
             path, _, last = path.rpartition("/")
             rest = f"/{last}{rest}"
-        return self.places[path] + rest if path else location
+        return self.source_locations[path] + rest if path else location
+
+    def in_source(self, found: Finding) -> Finding:
+        """A finding about an element, with the element's location in the source file."""
+        return replace(found, location=self.source_location(found.location)) if self.source_locations else found

@@ -10,11 +10,11 @@ from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.findings import rules
 
 if TYPE_CHECKING:
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.system.writing import FileSet
 
 
-def name_beside(name: str, source: Imported, path: Path, files: FileSet) -> str:
+def name_beside(name: str, source: Document, path: Path, files: FileSet) -> str:
     """A file's name as seen from the folder of `path`, "/" between folders.
 
     What lies elsewhere than in or below that folder, or was inside of the source, as in a package, is copied into a
@@ -48,7 +48,7 @@ def _member(inner: Path, place: Path, file: Path) -> Path:
     return Path(*inner.parts[:-count], *file.parts[-count:])
 
 
-def _checked(file: Path, source: Imported) -> Path:
+def _checked(file: Path, source: Document) -> Path:
     """Where the content of a file lies that is to be copied."""
     target = source.reach.inside(file)
     if target is None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Imported, ReadError
+from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import read_regular
 from mrm_mtlx.documents.xml_scan import Include, Scan, scan
 from mrm_mtlx.findings import rules
@@ -47,7 +47,7 @@ class _Reading:
     known: dict[Path, tuple[bytes, Scan]] = field(default_factory=dict)
 
 
-def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> tuple[Imported, list[Finding]]:
+def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:
     """Read a document, or a file of another format as one, with what it includes and the data library set.
 
     Parameters
@@ -63,8 +63,8 @@ def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path)
 
     Returns
     -------
-    tuple
-        The document, and findings that do not prevent reading it.
+    Document
+        With findings that do not prevent reading it.
 
     Raises
     ------
@@ -74,11 +74,10 @@ def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path)
     form = format_of(path) or DOCUMENT
     if form is DOCUMENT:
         return _read_materialx(path, reach, library)
-    imported = form.read(path, reach, library, scratch, partial(read_reference, library))
-    return imported, imported.findings
+    return form.read(path, reach, library, scratch, partial(read_reference, library))
 
 
-def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Imported:
+def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Document:
     """Read a document that a file of another format refers to.
 
     Raises
@@ -86,17 +85,10 @@ def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Imported:
     ReadError
         If it cannot be read.
     """
-    imported, findings = _read_materialx(path, reach, library)
-    imported.findings += findings
-    return imported
+    return _read_materialx(path, reach, library)
 
 
-def in_file(found: Finding, imported: Imported) -> Finding:
-    """A finding about the document, with the place in the file that the document was read from."""
-    return replace(found, location=imported.place(found.location)) if imported.places else found
-
-
-def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> tuple[Imported, list[Finding]]:
+def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> Document:
     reading = _Reading(reach)
     file = _read(path.absolute(), reading, ())
     try:
@@ -105,7 +97,7 @@ def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> tuple[Imp
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(rules.DOC_INVALID.at("", f"MaterialX cannot read it: {error}")) from error
-    return Imported(document, reach=reach), reading.findings
+    return Document(materialx=document, path=path, reach=reach, findings=reading.findings)
 
 
 def _document(file: _File) -> mx.Document:

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
     # Reads a document of MaterialX that a file of another format refers to, or raises an ReadError.
-    DocumentReader = Callable[[Path, Reach], Imported]
+    DocumentReader = Callable[[Path, Reach], Document]
 
 
 class Format(NamedTuple):
@@ -35,7 +35,7 @@ class Format(NamedTuple):
 
     def read(
         self, path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader
-    ) -> Imported:
+    ) -> Document:
         """Read an untrusted file.
 
         Parameters
@@ -55,10 +55,10 @@ class Format(NamedTuple):
             If it cannot be read, for any reason that lies in the file.
         """
         more = (documents,) if self.refer else ()
-        read: Imported = import_module(self.module).read(path, reach, library, scratch, *more)
+        read: Document = import_module(self.module).read(path, reach, library, scratch, *more)
         return read
 
-    def write(self, source: Imported, path: Path, library: DataLibrary, *, force: bool = False) -> list[Finding]:
+    def write(self, source: Document, path: Path, library: DataLibrary, *, force: bool = False) -> list[Finding]:
         """Write a document and the files beside it, all or none; return what of it the format cannot say.
 
         Parameters

@@ -11,7 +11,7 @@ from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.flattening import TooManyNodesError
 from mrm_mtlx.findings import rules
 from mrm_mtlx.findings.finding import capped
-from mrm_mtlx.formats.reading import in_file, read_document
+from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.checks.scope import nothing_to_render
@@ -39,17 +39,17 @@ def check_document(request: Request, steps: Steps | None = None) -> DocumentResu
     with tempfile.TemporaryDirectory(prefix="mrm-") as scratch:
         try:
             library = load_library(request.origin)
-            imported, result.findings = read_document(request.path, request.reach, library, Path(scratch))
+            document = read_document(request.path, request.reach, library, Path(scratch))
         except ReadError as error:
             result.findings = [error.finding]
             return result
-        request = replace(request, reach=imported.reach)
-        read = len(result.findings)
-        _check(request, imported.document, result, steps)
-    result.findings[read:] = [in_file(found, imported) for found in result.findings[read:]]
+        result.findings = list(document.findings)
+        _check(replace(request, reach=document.reach), document.materialx, result, steps)
+    read = len(document.findings)
+    result.findings[read:] = [document.in_source(found) for found in result.findings[read:]]
     for renderable in result.renderables:
         path, of, variant = renderable.name.partition(" + ")
-        renderable.name = imported.place(path) + of + variant
+        renderable.name = document.source_location(path) + of + variant
     result.findings = capped(result.findings)
     return result
 

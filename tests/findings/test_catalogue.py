@@ -117,7 +117,7 @@ def codes(request, check, settings, library, tmp_path) -> Callable[[str, Path], 
 
     def of(code: str, path: Path) -> list[str]:
         if code in WRITTEN:
-            read, _ = read_document(path, Reach.beside(path), library, tmp_path)
+            read = read_document(path, Reach.beside(path), library, tmp_path)
             form = format_of(tmp_path / "written.glb")
             try:
                 return [finding.code for finding in form.write(read, tmp_path / "written.glb", library)]

@@ -57,7 +57,7 @@ def test_what_is_written_is_read_back(tmp_path):
     block = openmaterial.of_brdf(sheeting(123.4567), "sign.mtlx", Geometry(0.33, 5.0))
     openmaterial.write(openmaterial.merged(None, block), tmp_path / "new.json")
     found = openmaterial.read(tmp_path / "new.json")
-    assert (found.block, found.location, list(found.data)) == (block, f"/{BLOCK}", [BLOCK])
+    assert (found.block, found.place, list(found.data)) == (block, f"/{BLOCK}", [BLOCK])
     assert found.block.geometry == Geometry(0.33, 5.0)
 
 

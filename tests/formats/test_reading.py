@@ -346,10 +346,10 @@ def test_what_is_included_is_there(library, tmp_path):
     (tmp_path / "part.mtlx").write_text(HEAD + METAL + "</materialx>", encoding="utf-8")
     path = tmp_path / "whole.mtlx"
     path.write_bytes(including("part.mtlx"))
-    imported, found = read_document(path, Reach.beside(path), library, tmp_path)
-    assert found == []
-    assert [node.getName() for node in imported.document.getNodes()] == ["metal", "surface", "material"]
-    assert imported.document.getNode("metal").getNodeDef() is not None
+    read = read_document(path, Reach.beside(path), library, tmp_path)
+    assert read.findings == []
+    assert [node.getName() for node in read.materialx.getNodes()] == ["metal", "surface", "material"]
+    assert read.materialx.getNode("metal").getNodeDef() is not None
 
 
 def test_a_second_element_of_a_name_is_reported_with_its_place(library, tmp_path):
@@ -360,7 +360,7 @@ def test_a_second_element_of_a_name_is_reported_with_its_place(library, tmp_path
     path.write_bytes(
         document(METAL + inner + inner.replace('"g"', '"h"').replace('c" type="color3', 'd" type="color3'))
     )
-    _, found = read_document(path, Reach.beside(path), library, tmp_path)
+    found = read_document(path, Reach.beside(path), library, tmp_path).findings
     assert [(f.code, f.location) for f in found] == [("DOC_DUPLICATE_NAME", "/g/c")]
     assert "line 6 of twice.mtlx" in found[0].message
 
@@ -381,10 +381,11 @@ def udim(file: str) -> str:
 def test_the_example_of_the_specification_is_read_with_a_warning(library, tmp_path):
     path = tmp_path / "a.mtlx"
     path.write_text(f"{HEAD}{udim('txt/[effect].<UDIM>.tif')}</materialx>", encoding="utf-8")
-    imported, found = read_document(path, Reach.beside(path), library, tmp_path)
-    assert [(f.code, f.severity.value, f.location) for f in found] == [("READ_XML_LENIENT", "warning", "line 3")]
-    assert "txt/[effect].<UDIM>.tif" in found[0].message
-    assert imported.document.getNode("i").getInput("file").getValueString() == "txt/[effect].<UDIM>.tif"
+    read = read_document(path, Reach.beside(path), library, tmp_path)
+    (found,) = read.findings
+    assert (found.code, found.severity.value, found.location) == ("READ_XML_LENIENT", "warning", "line 3")
+    assert "txt/[effect].<UDIM>.tif" in found.message
+    assert read.materialx.getNode("i").getInput("file").getValueString() == "txt/[effect].<UDIM>.tif"
 
 
 AROUND = {

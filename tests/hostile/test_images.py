@@ -15,7 +15,7 @@ import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents import document_images, images
-from mrm_mtlx.documents.document import Imported
+from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError, refuse_excess
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import as_read, read_image, read_stored, stored_bytes, write_image
@@ -156,7 +156,7 @@ def test_converting_to_gltf_took_more_memory_than_there_is(make_document, four_i
         f'{nodes}<gltf_pbr name="s" type="surfaceshader">{inputs}</gltf_pbr><surfacematerial name="m" type="material">'
         '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>'
     )
-    source = Imported(make_document(material), reach=Reach.beside(four_images))
+    source = Document(materialx=make_document(material), path=four_images, reach=Reach.beside(four_images))
     path = four_images.with_name("a.glb")
     lost = {finding.location: finding.message for finding in format_of(path).write(source, path, library)}
     assert lost["/m/emissive"].startswith("it has images that take")

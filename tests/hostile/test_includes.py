@@ -30,10 +30,10 @@ def read(library, tmp_path):
 
     def names(path: Path, **changes) -> list[str] | str:
         try:
-            imported, _ = read_document(path, Reach(path.parent, **{"root": path.parent, **changes}), library, tmp_path)
+            imported = read_document(path, Reach(path.parent, **{"root": path.parent, **changes}), library, tmp_path)
         except ReadError as error:
             return error.finding.code
-        return [element.getName() for element in imported.document.getChildren()]
+        return [element.getName() for element in imported.materialx.getChildren()]
 
     return names
 
@@ -160,8 +160,8 @@ def test_prefix_and_colour_space_of_an_included_file_stay_with_its_elements(libr
     attributes = 'version="1.39" fileprefix="tex/" colorspace="srgb_texture" namespace="n"'
     image = '<image name="i" type="color3"><input name="file" type="filename" value="x.png" /></image>'
     place.write("p/b.mtlx", f'<?xml version="1.0"?>\n<materialx {attributes}>{image}</materialx>')
-    imported, _ = read_document(path, Reach.beside(path), library, tmp_path)
-    (included, own) = imported.document.getChildren()
+    imported = read_document(path, Reach.beside(path), library, tmp_path)
+    (included, own) = imported.materialx.getChildren()
     assert included.getName() == "n:i"
     assert included.getInput("file").getResolvedValueString() == "tex/x.png"
     assert (included.getActiveColorSpace(), own.getActiveColorSpace()) == ("srgb_texture", "")

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported, ReadError
+from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import write_image
 from mrm_mtlx.formats.reading import read_reference
@@ -196,7 +196,7 @@ def test_names_beyond_ascii_were_read_as_those_of_another_code_page(library, tmp
     image = '<image name="i" type="color3"><input name="file" type="filename" value="tex/\u00e4.png"/></image>'
     color = '<input name="color" type="color3" nodename="i"/>'
     lobe = f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{color}</oren_nayar_diffuse_bsdf>'
-    source = Imported(surface_document(image + lobe), reach=Reach.only(tmp_path))
+    source = Document(materialx=surface_document(image + lobe), path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
     path = tmp_path / "na\u00efve.usdz"
     format_of(path).write(source, path, library)
     (tmp_path / "tex" / "\u00e4.png").unlink()
@@ -210,4 +210,4 @@ def test_names_beyond_ascii_were_read_as_those_of_another_code_page(library, tmp
     path.write_bytes(unflagged)
     (tmp_path / "scratch").mkdir()
     again = read(path, Reach.beside(path), library, tmp_path / "scratch", partial(read_reference, library))
-    assert again.reach.regular(again.document.getNode("i").getInput("file").getValueString()) is not None
+    assert again.reach.regular(again.materialx.getNode("i").getInput("file").getValueString()) is not None

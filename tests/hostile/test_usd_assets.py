@@ -97,7 +97,7 @@ def test_a_layer_in_the_current_folder_or_on_usds_search_path_is_not_found(place
     code += "from mrm_mtlx.library import load_library\n"
     code += "from mrm_mtlx.documents.files import Reach\n"
     code += "path, scratch = map(pathlib.Path, sys.argv[1:])\n"
-    code += "print(read_document(path, Reach.beside(path), load_library(), scratch)[0].findings)"
+    code += "print(read_document(path, Reach.beside(path), load_library(), scratch).findings)"
     (place.folder.parent / "empty").mkdir()
     environment = os.environ | {"PXR_AR_DEFAULT_SEARCH_PATH": str(place.outside)}
     command = [sys.executable, "-c", code, str(path), str(place.folder.parent / "empty")]
@@ -183,8 +183,8 @@ def test_a_deletion_of_a_reference_that_is_there_counts_and_one_of_a_file_outsid
     under = HEAD + 'def "a" (\n references = @./b.usda@</A>\n) {\n}\n'
     place.write("under.usda", under)
     over = HEAD + '(\n subLayers = [@./under.usda@]\n)\nover "a" (\n delete references = @{}@</A>\n) {{\n}}\n'
-    assert opened(place.write("s.usda", over.format("b.usda"))).document.getMaterialNodes() == []
-    assert len(opened(place.write("s.usda", over.format("../outside/secret.usda"))).document.getMaterialNodes()) == 1
+    assert opened(place.write("s.usda", over.format("b.usda"))).materialx.getMaterialNodes() == []
+    assert len(opened(place.write("s.usda", over.format("../outside/secret.usda"))).materialx.getMaterialNodes()) == 1
 
 
 def test_offsets_of_sublayers_stay(place, library):

@@ -15,7 +15,7 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported, ReadError
+from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image, write_image
 from mrm_mtlx.formats.registry import format_of
@@ -107,7 +107,7 @@ def test_a_plot_on_a_full_disk_replaced_a_good_one(good, name):
 @pytest.mark.parametrize("name", ["a.mtlx", "a.usda", "a.usdc", "a.usdz", "a.gltf", "a.glb"])
 def test_a_document_on_a_full_disk_replaced_a_good_one(good, surface_document, library, tmp_path, name):
     document = surface_document('<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"/>')
-    path, source = good(name), Imported(document, reach=Reach.only(tmp_path))
+    path, source = good(name), Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
     with full_after(ROOM), pytest.raises(OSError):  # noqa: PT011
         format_of(path).write(source, path, library)
     assert_untouched(path)
@@ -183,7 +183,7 @@ COLOR = '<input name="color" type="color3" nodename="both"/>'
 
 
 @pytest.fixture
-def project(surface_document, tmp_path) -> Imported:
+def project(surface_document, tmp_path) -> Document:
     """A document with two images, which are copied beside whatever is written elsewhere."""
     for name in ("a", "b"):
         (tmp_path / "project" / "tex").mkdir(parents=True, exist_ok=True)
@@ -192,7 +192,7 @@ def project(surface_document, tmp_path) -> Imported:
     (tmp_path / "out").mkdir()
     lobe = f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{COLOR}</oren_nayar_diffuse_bsdf>'
     reach = Reach(tmp_path / "project" / "mat", tmp_path / "project")
-    return Imported(surface_document(IMAGES + lobe), reach=reach)
+    return Document(materialx=surface_document(IMAGES + lobe), path=reach.folder / "a.mtlx", reach=reach)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -203,7 +203,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     }
 
 
-def write_to(project: Imported, path: Path, library, **how: bool) -> None:
+def write_to(project: Document, path: Path, library, **how: bool) -> None:
     format_of(path).write(project, path, library, **how)
 
 
@@ -221,7 +221,7 @@ def test_converting_overwrote_a_picture_of_the_user_without_a_word(project, libr
 
 def test_converting_overwrote_an_unrelated_binary_without_a_word(surface_document, library, tmp_path):
     plain = surface_document('<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"/>')
-    project = Imported(plain, reach=Reach.only(tmp_path))
+    project = Document(materialx=plain, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "X.bin").write_bytes(b"a firmware")
     (tmp_path / "out" / "X.gltf").write_bytes(b"named by the user")
@@ -255,7 +255,7 @@ def test_a_set_that_changed_needed_force_to_replace_itself(library, tmp_path, na
     document = mx.createDocument()
     mx.readFromXmlString(document, f'<?xml version="1.0"?><materialx version="1.39">{image}{surface}</materialx>')
     document.setDataLibrary(library.document)
-    source = Imported(document, reach=Reach.only(tmp_path / "project"))
+    source = Document(materialx=document, path=tmp_path / "project" / "a.mtlx", reach=Reach.only(tmp_path / "project"))
     write_image(tmp_path / "project" / "a.png", PIXELS, {})
     write_to(source, tmp_path / "out" / name, library)
     before = contents(tmp_path / "out")
@@ -424,14 +424,18 @@ def test_sources_of_several_stages_are_written_all_or_none(repository, tmp_path,
 
 
 @pytest.fixture
-def tiled(surface_document, tmp_path) -> Imported:
+def tiled(surface_document, tmp_path) -> Document:
     """A document with a set of tiles, of which the first is a picture."""
     (tmp_path / "project").mkdir()
     (tmp_path / "out").mkdir()
     write_image(tmp_path / "project" / "t.1001.png", PIXELS, {})
     image = '<image name="both" type="color3"><input name="file" type="filename" value="t.&lt;UDIM&gt;.png"/></image>'
     lobe = f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{COLOR}</oren_nayar_diffuse_bsdf>'
-    return Imported(surface_document(image + lobe), reach=Reach.only(tmp_path / "project"))
+    return Document(
+        materialx=surface_document(image + lobe),
+        path=tmp_path / "project" / "a.mtlx",
+        reach=Reach.only(tmp_path / "project"),
+    )
 
 
 @pytest.mark.parametrize("name", ["X.usda", "X.usdz", "X.mtlx"])
@@ -459,5 +463,5 @@ def test_tiles_alone_are_copied(tiled, library, link, tmp_path):
 
 def test_a_link_among_tiles_is_a_finding(tiled, library, link, place, tmp_path):
     link(tmp_path / "project" / "t.1002.png", place.secrets[".png"])
-    found = check_files(tiled.document, tiled.reach, library)
+    found = check_files(tiled.materialx, tiled.reach, library)
     assert [(f.code, f.location) for f in found] == [("READ_OUTSIDE", "/both/file")]

@@ -130,7 +130,7 @@ def _write_converted(folder: Path) -> None:
     with tempfile.TemporaryDirectory(prefix="mrm-") as name:
         work = Path(name)
         for path in sorted((REPOSITORY / "materials").glob("*.mtlx")):
-            imported, _ = read_document(path, Reach.beside(path), library, work)
+            imported = read_document(path, Reach.beside(path), library, work)
             for suffix in (".usda", ".usdc", ".usdz", ".gltf", ".glb"):
                 written = work / f"w{suffix}"
                 form = format_of(written)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Imported, NothingToWriteError, ReadError
+from mrm_mtlx.documents.document import Document, NothingToWriteError, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
@@ -129,16 +129,16 @@ def _document(path: Path, scratch: Path, rng: Random) -> Verdict:
     inside = scratch / "inside"
     inside.mkdir()
     try:
-        imported, findings = read_document(path, Reach.beside(path), library, inside)
+        imported = read_document(path, Reach.beside(path), library, inside)
     except ReadError as error:
         return _verdict([error.finding])
-    findings = findings + check_graph(imported.document)
-    findings += check_files(imported.document, imported.reach, library)
+    findings = imported.findings + check_graph(imported.materialx)
+    findings += check_files(imported.materialx, imported.reach, library)
     if any(f.blocks for f in findings):
         return _verdict(findings)
-    findings += check_retroreflection(imported.document)
+    findings += check_retroreflection(imported.materialx)
     codes = list(_verdict(findings).codes)
-    for element in renderable_elements(imported.document)[:_ELEMENTS]:
+    for element in renderable_elements(imported.materialx)[:_ELEMENTS]:
         try:
             generate(element, "glsl", library)
         except GenerationError:
@@ -152,9 +152,9 @@ def _document(path: Path, scratch: Path, rng: Random) -> Verdict:
     return Verdict(Outcome.CLEAN, tuple(codes))
 
 
-def _refused(path: Path, imported: Imported) -> str:
+def _refused(path: Path, imported: Document) -> str:
     """Why MaterialX itself refuses a document, "" if it does not."""
-    document = imported.document
+    document = imported.materialx
     if format_of(path) is DOCUMENT:
         document = mx.createDocument()
         try:
@@ -167,19 +167,19 @@ def _refused(path: Path, imported: Imported) -> str:
     return "\n".join(f.message for f in messages_of_validation(document, messages, explained=False))[:300]
 
 
-def _more(imported: Imported, scratch: Path, rng: Random) -> None:
+def _more(imported: Document, scratch: Path, rng: Random) -> None:
     """What other commands do with a document that is valid; exceptions of theirs that mean a message are expected."""
     if rng.randrange(_DISSOLVED) == 0:
         with contextlib.suppress(ValueError):
-            flattened(imported.document)
+            flattened(imported.materialx)
     if rng.randrange(_CONVERTED) == 0:
         _convert(imported, scratch / f"w{rng.choice(('.usda', '.usdc', '.usdz', '.gltf', '.glb', '.mtlx'))}")
     if rng.randrange(_EVALUATED) == 0:
-        for element in renderable_elements(imported.document)[:_ELEMENTS]:
+        for element in renderable_elements(imported.materialx)[:_ELEMENTS]:
             _evaluate(element, imported, rng)
 
 
-def _convert(imported: Imported, path: Path) -> None:
+def _convert(imported: Document, path: Path) -> None:
     form = format_of(path)
     assert form is not None
     try:
@@ -188,7 +188,7 @@ def _convert(imported: Imported, path: Path) -> None:
         return
 
 
-def _evaluate(element: Any, imported: Imported, rng: Random) -> list[Finding]:
+def _evaluate(element: Any, imported: Document, rng: Random) -> list[Finding]:
     """The reference at a few points; findings of the images that it asks for."""
     images = CheckedImages(imported.reach, f"/{element.getNamePath()}")
     generator = sampling.generator(rng.getrandbits(32), str(element.getNamePath()))
@@ -210,12 +210,12 @@ def _pictured(path: Path, scratch: Path, rng: Random) -> Verdict:
     document = path.with_name("shows.mtlx")
     document.write_text(_SHOWS.format(path.suffix), encoding="utf-8")
     library = load_library()
-    imported, findings = read_document(document, Reach.beside(document), library, scratch)
-    findings = findings + check_graph(imported.document)
-    findings += check_files(imported.document, imported.reach, library)
+    imported = read_document(document, Reach.beside(document), library, scratch)
+    findings = imported.findings + check_graph(imported.materialx)
+    findings += check_files(imported.materialx, imported.reach, library)
     if any(f.blocks for f in findings):
         return _verdict(findings)
-    for element in renderable_elements(imported.document):
+    for element in renderable_elements(imported.materialx):
         findings += _evaluate(element, imported, rng)
     return _verdict(findings)
 

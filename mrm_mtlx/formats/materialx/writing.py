@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.system.writing import FileSet
@@ -29,13 +29,13 @@ _FILES = re.compile('type="filename" value="([^"]*)"')
 _CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
-def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
+def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
     """Write a document without its data library, into a set of files; see `formats.registry`.
 
     Names of files are those of `name_beside`.
     """
     del library
-    document = source.document.copy()
+    document = source.materialx.copy()
     rename_files(document, lambda name: name_beside(name, source, path, files))
     lost = [found for element in document.traverseTree() for found in _without_controls(element)]
     files.named(path).write_text(mx.writeToXmlString(document), encoding="utf-8")

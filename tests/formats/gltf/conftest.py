@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
 
 
 @pytest.fixture(scope="session")
@@ -69,10 +69,10 @@ def glb() -> Callable[..., bytes]:
 
 
 @pytest.fixture
-def read(library, tmp_path) -> Callable[[Path], Imported]:
+def read(library, tmp_path) -> Callable[[Path], Document]:
     """Function that reads an asset; files inside of it go to a folder of their own."""
 
-    def run(path: Path) -> Imported:
+    def run(path: Path) -> Document:
         scratch = tmp_path / f"scratch_{len(list(tmp_path.glob('scratch_*')))}"
         scratch.mkdir()
         return gltf.read(path, Reach.beside(path), library, scratch)
@@ -84,8 +84,8 @@ def read(library, tmp_path) -> Callable[[Path], Imported]:
 def surface_of() -> Callable[..., Surface]:
     """Function from what was read to a surface with its images, by default the first."""
 
-    def make(imported: Imported, index: int = 0) -> Surface:
-        element = renderable_elements(imported.document)[index]
+    def make(imported: Document, index: int = 0) -> Surface:
+        element = renderable_elements(imported.materialx)[index]
         return Surface(element, images=lambda name: read_image(imported.reach.folder / name))
 
     return make

@@ -132,7 +132,7 @@ def values_apart(surface_of, constants, points, imported, texels=((0, 0),)) -> f
 def test_every_texture_is_its_channel_times_its_factor_in_its_transfer(textured, read, surface_of, constants, points):
     imported = read(textured(with_textures(0)))
     assert imported.findings == []
-    assert imported.document.validate() == (True, "")
+    assert imported.materialx.validate() == (True, "")
     assert values_apart(surface_of, constants, points, imported, ALL) < CLOSE
 
 
@@ -156,7 +156,7 @@ def test_a_material_without_anything_is_that_of_gltf(write_asset, read, surface_
     at = points(np.zeros((8, 2)))
     white = constants({"base_color": (1.0, 1.0, 1.0), "metallic": 1.0, "roughness": 1.0})
     assert np.array_equal(surface_of(imported).shade(at), white.shade(at))
-    assert [e.getName() for e in renderable_elements(imported.document)] == ["material_0"]
+    assert [e.getName() for e in renderable_elements(imported.materialx)] == ["material_0"]
 
 
 def test_retroreflection_blends_by_factor_times_red(textured, read, surface_of, points):
@@ -336,7 +336,7 @@ def test_images_inside_of_an_asset_are_those_beside_it(glb, png, write_asset, tm
         (tmp_path / "a b.bin").write_bytes(padded)
         path.write_text(json.dumps(data | view | ranges | {"buffers": [{"uri": "a%20b.bin", **size}]}))
     imported = read(path)
-    (file,) = (e for e in imported.document.traverseTree() if e.getName() == "file")
+    (file,) = (e for e in imported.materialx.traverseTree() if e.getName() == "file")
     assert imported.findings == []
     assert imported.packed
     assert (imported.reach.folder / file.getValueString()).read_bytes() == content
@@ -346,13 +346,13 @@ def test_images_inside_of_an_asset_are_those_beside_it(glb, png, write_asset, tm
 def test_places_are_json_pointers(textured, read):
     imported = read(textured({"name": "first"}, with_textures(0)))
     shader = "/SR_material_1"
-    assert imported.place("/first") == "/materials/0"
-    assert imported.place("/SR_first/metallic") == "/materials/0/metallic"
+    assert imported.source_location("/first") == "/materials/0"
+    assert imported.source_location("/SR_first/metallic") == "/materials/0/metallic"
     extension = "/materials/1/extensions/KHR_materials_retroreflection"
-    assert imported.place(f"{shader}/retroreflectivity") == f"{extension}/retroreflectionTexture"
-    assert imported.place(f"{shader}/ior") == "/materials/1/extensions/KHR_materials_ior/ior"
-    files = [e for e in imported.document.traverseTree() if e.getName() == "file"]
-    assert {imported.place(f"/{e.getNamePath()}") for e in files} == {"/images/0"}
+    assert imported.source_location(f"{shader}/retroreflectivity") == f"{extension}/retroreflectionTexture"
+    assert imported.source_location(f"{shader}/ior") == "/materials/1/extensions/KHR_materials_ior/ior"
+    files = [e for e in imported.materialx.traverseTree() if e.getName() == "file"]
+    assert {imported.source_location(f"/{e.getNamePath()}") for e in files} == {"/images/0"}
 
 
 LOSSES = [
@@ -423,9 +423,9 @@ def test_retroreflection_that_is_hardly_seen_is_said(write_asset, read, material
 def test_names_become_names_of_elements_once(write_asset, read):
     names = ["Cone Mat", "Cone Mat", "", "7", "SR_7", "retro/stripe"]
     imported = read(write_asset(materials=[{"name": name} for name in names]))
-    found = [e.getName() for e in renderable_elements(imported.document)]
+    found = [e.getName() for e in renderable_elements(imported.materialx)]
     assert len(set(found)) == len(names)
     assert not any(name[0].isdigit() for name in found)  # shaders have variables of these names
-    assert imported.document.validate() == (True, "")
-    assert [imported.place(f"/{name}") for name in found] == [f"/materials/{k}" for k in range(len(names))]
+    assert imported.materialx.validate() == (True, "")
+    assert [imported.source_location(f"/{name}") for name in found] == [f"/materials/{k}" for k in range(len(names))]
     assert reading.RETROREFLECTION == "KHR_materials_retroreflection"

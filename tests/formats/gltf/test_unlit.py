@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported, NothingToWriteError
+from mrm_mtlx.documents.document import Document, NothingToWriteError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import srgb_decoded
 from mrm_mtlx.formats.registry import format_of
@@ -57,10 +57,12 @@ def test_an_unlit_material_shows_its_base_colour_whatever_the_light(asset, read,
     material, opacity = MODES[mode]
     imported = read(asset(**material))
     assert imported.findings == []
-    assert imported.document.validate() == (True, "")
-    (node,) = [node for node in imported.document.getNodes() if node.getType() == "surfaceshader"]
+    assert imported.materialx.validate() == (True, "")
+    (node,) = [node for node in imported.materialx.getNodes() if node.getType() == "surfaceshader"]
     assert node.getCategory() == "surface_unlit"
-    assert imported.places[f"{node.getName()}/emission_color"].startswith("/materials/0/pbrMetallicRoughness/baseColor")
+    assert imported.source_locations[f"{node.getName()}/emission_color"].startswith(
+        "/materials/0/pbrMetallicRoughness/baseColor"
+    )
     found = surface_of(imported).shade(points(PLACES))
     np.testing.assert_allclose(found, COLORS * opacity[:, None], rtol=CLOSE)
 
@@ -105,7 +107,12 @@ def test_what_is_written_of_an_unlit_material_is_its_colour_times_its_strength(m
     inputs = '<input name="emission" type="float" value="0.5"/><input name="emission_color" type="color3" '
     document = make_document(unlit(inputs + 'value="1, 0.5, 0.25"/>'), attributes='colorspace="lin_rec709"')
     path = tmp_path / "a.gltf"
-    assert format_of(path).write(Imported(document, reach=Reach.only(tmp_path)), path, library) == []
+    assert (
+        format_of(path).write(
+            Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path)), path, library
+        )
+        == []
+    )
     (written,) = json.loads(path.read_text(encoding="utf-8"))["materials"]
     # What those are to show that do not know the extension, as it recommends.
     assert written["pbrMetallicRoughness"] == {
@@ -140,7 +147,9 @@ VARYING = """
 )
 def test_an_unlit_surface_that_gltf_cannot_say_is_named(make_document, library, tmp_path, inputs, reason):
     path = tmp_path / "a.gltf"
-    source = Imported(make_document(unlit(inputs, VARYING)), reach=Reach.only(tmp_path))
+    source = Document(
+        materialx=make_document(unlit(inputs, VARYING)), path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path)
+    )
     with pytest.raises(NothingToWriteError) as caught:
         format_of(path).write(source, path, library)
     (finding,) = caught.value.findings

@@ -63,7 +63,7 @@ def test_a_material_that_breaks_the_rules_is_left_out_with_its_place(write_asset
     (finding,) = imported.findings
     assert (finding.code, finding.location) == (INVALID, place)
     assert words in finding.message
-    assert [m.getName() for m in imported.document.getMaterialNodes()] == ["sound"]
+    assert [m.getName() for m in imported.materialx.getMaterialNodes()] == ["sound"]
 
 
 PIXEL = base64.b64encode(b"\x89PNG\r\n\x1a\n" + bytes(8)).decode()
@@ -172,7 +172,7 @@ def test_a_texture_that_cannot_be_had_is_a_remark_with_its_place(hostile_folder,
     (finding,) = imported.findings
     assert (finding.code, finding.location) == (code, place)
     assert words in finding.message
-    assert len(imported.document.getMaterialNodes()) == 1
+    assert len(imported.materialx.getMaterialNodes()) == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the administrator may read every file")
@@ -217,7 +217,7 @@ def test_a_file_that_is_no_asset_is_refused_with_the_reason(tmp_path, read, text
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(ReadError) as caught:
         read(path)
-    assert caught.value.finding[:2] == (code, place)
+    assert (caught.value.finding.code, caught.value.finding.location) == (code, place)
     assert words in caught.value.finding.message
 
 
@@ -256,7 +256,7 @@ def test_the_largest_whole_numbers_are_read(write_asset, read):
     largest = int("9" * json_text._LONGEST_NUMBER)
     extensions = {"KHR_materials_ior": {"ior": largest}, **retro(retroreflectionFactor=1)["extensions"]}
     path = write_asset(materials=[{"alphaMode": "MASK", "alphaCutoff": largest, "extensions": extensions}])
-    assert len(read(path).document.getMaterialNodes()) == 1
+    assert len(read(path).materialx.getMaterialNodes()) == 1
 
 
 def test_large_files_are_refused_unread(tmp_path, read):
@@ -301,4 +301,4 @@ def test_many_materials_are_read_in_bounded_time_and_broken_ones_do_not_hide_the
     broken = {"pbrMetallicRoughness": {"metallicFactor": -1}}
     imported = read(write_asset(materials=[{}, broken] * 50))
     assert len(imported.findings) == 50
-    assert len(imported.document.getMaterialNodes()) == 50
+    assert len(imported.materialx.getMaterialNodes()) == 50

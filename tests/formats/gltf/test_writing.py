@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported, NothingToWriteError
+from mrm_mtlx.documents.document import Document, NothingToWriteError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.gltf import schema
 from mrm_mtlx.formats.gltf.exporter import closures, comparison, slots
@@ -41,7 +41,7 @@ def imported(make_document, tmp_path):
     def make(elements, attributes='colorspace="lin_rec709"'):
         document = make_document(elements, attributes=attributes)
         assert document.validate() == (True, "")
-        return Imported(document, reach=Reach.only(tmp_path))
+        return Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
 
     return make
 
@@ -211,10 +211,10 @@ def test_an_asset_comes_back_as_it_was(full, read, written, tmp_path, ordered, n
     assert findings == []
     assert ordered(data) == ordered(json.loads(full.read_text()))
     again = read(tmp_path / name)
-    files = [e for e in again.document.traverseTree() if e.getName() == "file"]
+    files = [e for e in again.materialx.traverseTree() if e.getName() == "file"]
     contents = {(again.reach.folder / e.getResolvedValueString()).read_bytes() for e in files}
     assert contents == {(tmp_path / "a.png").read_bytes(), (tmp_path / "b.png").read_bytes()}
-    assert again.document.getMaterialNodes()[0].getName() == "full"
+    assert again.materialx.getMaterialNodes()[0].getName() == "full"
     if "all" in name:
         check_mesh(data, (tmp_path / name).read_bytes())
 

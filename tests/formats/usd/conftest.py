@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Imported
+from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document, read_reference
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
@@ -41,20 +41,20 @@ def usda(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def imported(library: DataLibrary, tmp_path: Path) -> Callable[[Path], Imported]:
+def imported(library: DataLibrary, tmp_path: Path) -> Callable[[Path], Document]:
     """Function from a file of any format to what is read from it, its folder being the test's."""
 
-    def run(path: Path) -> Imported:
-        return read_document(path, Reach.beside(path), library, _scratch(tmp_path))[0]
+    def run(path: Path) -> Document:
+        return read_document(path, Reach.beside(path), library, _scratch(tmp_path))
 
     return run
 
 
 @pytest.fixture
-def stage_of(library: DataLibrary, tmp_path: Path, usda: Callable[..., Path]) -> Callable[..., Imported]:
+def stage_of(library: DataLibrary, tmp_path: Path, usda: Callable[..., Path]) -> Callable[..., Document]:
     """Function from the prims of a stage, or a file, to what `usd.read` makes of it."""
 
-    def run(prims: str | Path) -> Imported:
+    def run(prims: str | Path) -> Document:
         path = usda(prims) if isinstance(prims, str) else prims
         return read(path, Reach.beside(path), library, _scratch(tmp_path), partial(read_reference, library))
 
@@ -67,8 +67,8 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
 
     def run(document: Any, name: str = "out.usda", lost: list[Any] | None = None) -> Path:
         source = document
-        if not isinstance(document, Imported):
-            source = Imported(document, reach=Reach.only(tmp_path))
+        if not isinstance(document, Document):
+            source = Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
         findings = format_of(tmp_path / name).write(source, tmp_path / name, library)
         if lost is None:
             assert findings == []
@@ -81,11 +81,11 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
 
 @pytest.fixture
 def round_trip(
-    library: DataLibrary, tmp_path: Path, stage_of: Callable[..., Imported], imported: Callable[..., Imported]
-) -> Callable[[Imported], Imported]:
+    library: DataLibrary, tmp_path: Path, stage_of: Callable[..., Document], imported: Callable[..., Document]
+) -> Callable[[Document], Document]:
     """Function from a document to that which comes back: .mtlx to .usda to .mtlx, each a file."""
 
-    def run(source: Imported) -> Imported:
+    def run(source: Document) -> Document:
         there, back = tmp_path / "there.usda", tmp_path / "back.mtlx"
         format_of(there).write(source, there, library)
         DOCUMENT.write(stage_of(there), back, library)
@@ -95,17 +95,17 @@ def round_trip(
 
 
 @pytest.fixture
-def shades() -> Callable[[Imported, np.random.Generator], list[Array | str]]:
+def shades() -> Callable[[Document, np.random.Generator], list[Array | str]]:
     """Function from a document to the colours of its surfaces, emission included, at points that a seed fixes.
 
     A quarter of the directions see the mirrored light, a quarter look back at it, so that narrow lobes show. A surface
     that the reference does not know gives what it says of it.
     """
 
-    def run(source: Imported, rng: np.random.Generator) -> list[Array | str]:
+    def run(source: Document, rng: np.random.Generator) -> list[Array | str]:
         points = _points(np.random.default_rng(rng.bit_generator.seed_seq))
         found: list[Array | str] = []
-        for element in renderable_elements(source.document):
+        for element in renderable_elements(source.materialx):
             images = CheckedImages(source.reach, "")
             try:
                 found.append(Surface(element, images=images).shade(points))

@@ -67,12 +67,12 @@ def test_the_materials_of_a_document_are_those_of_the_stage(document, stage_of):
     document()
     read = stage_of(BOUND.format(over=""))
     assert read.findings == []  # also of the binding
-    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/Looks/Red"]
-    assert read.document.validate() == (True, "")
-    node = read.document.getNode("ss")
+    assert [read.source_locations[node.getName()] for node in read.materialx.getMaterialNodes()] == ["/Looks/Red"]
+    assert read.materialx.validate() == (True, "")
+    node = read.materialx.getNode("ss")
     assert node.getInput("coat").getValue() == 0.25
     assert node.getInput("base_color").getNodeGraphString() == "NG"
-    image = read.document.getNodeGraph("NG").getNode("im").getInput("file")
+    image = read.materialx.getNodeGraph("NG").getNode("im").getInput("file")
     assert (image.getValueString(), image.getColorSpace()) == ("mats/tex/a.png", "srgb_texture")
 
 
@@ -80,7 +80,7 @@ def test_values_that_a_stage_puts_over_a_document_count(document, stage_of):
     """UsdMtlx gives a material the inputs of its shader; whoever changes a look in a stage changes these."""
     document()
     read = stage_of(BOUND.format(over='over "Red"\n{\nfloat inputs:coat = 0.75\nfloat inputs:metalness = 1\n}\n'))
-    node = read.document.getNode("ss")
+    node = read.materialx.getNode("ss")
     assert node.getInput("coat").getValue() == 0.75
     assert node.getInput("metalness").getValue() == 1.0
     assert node.getInput("sheen") is None
@@ -89,9 +89,9 @@ def test_values_that_a_stage_puts_over_a_document_count(document, stage_of):
 def test_a_colour_space_of_the_document_is_said_of_its_values(document, stage_of):
     document(attributes='colorspace="acescg"')
     read = stage_of(BOUND.format(over=""))
-    node = read.document.getNode("ss")
+    node = read.materialx.getNode("ss")
     assert node.getInput("specular_color").getColorSpace() == "acescg"
-    assert read.document.getNodeGraph("NG").getNode("im").getInput("file").getColorSpace() == "srgb_texture"
+    assert read.materialx.getNodeGraph("NG").getNode("im").getInput("file").getColorSpace() == "srgb_texture"
 
 
 @pytest.mark.parametrize(
@@ -101,9 +101,11 @@ def test_a_colour_space_of_the_document_is_said_of_its_values(document, stage_of
 def test_a_document_may_be_named_in_every_way(document, stage_of, usda, arc):
     document()
     read = stage_of(f'def "X" (\n {arc}\n) {{\n}}\n')
-    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/X"]
+    assert [read.source_locations[node.getName()] for node in read.materialx.getMaterialNodes()] == ["/X"]
     read = stage_of(usda("", head="#usda 1.0\n(\n subLayers = [@mats/m.mtlx@]\n)\n"))
-    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/MaterialX/Materials/Red"]
+    assert [read.source_locations[node.getName()] for node in read.materialx.getMaterialNodes()] == [
+        "/MaterialX/Materials/Red"
+    ]
 
 
 def test_a_document_in_a_package_is_read(document, stage_of, tmp_path):
@@ -113,7 +115,7 @@ def test_a_document_in_a_package_is_read(document, stage_of, tmp_path):
         package.writestr("m.mtlx", text)
         package.writestr("tex/a.png", b"picture")
     read = stage_of(tmp_path / "p.usdz")
-    image = read.document.getNodeGraph("NG").getNode("im").getInput("file").getValueString()
+    image = read.materialx.getNodeGraph("NG").getNode("im").getInput("file").getValueString()
     assert image == "tex/a.png"
 
 

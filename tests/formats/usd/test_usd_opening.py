@@ -138,7 +138,7 @@ def test_a_missing_layer_is_told_and_leaves_the_materials_that_do_not_depend_on_
     name = "gone.usdz[a.usda]" if "usdz" in text else "gone.usda"
     assert finding.location == place
     assert finding.message.removeprefix("the file './").removeprefix("the file '").startswith(f"{name}' does not exist")
-    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/M"]
+    assert [read.source_locations[node.getName()] for node in read.materialx.getMaterialNodes()] == ["/M"]
     assert not any("gone" in finding.message for finding in read.findings if finding.code != "USD_MISSING")
 
 
@@ -155,7 +155,7 @@ def test_a_missing_layer_is_told_and_leaves_the_materials_that_do_not_depend_on_
 def test_a_material_that_depends_on_a_missing_layer_is_left_out_by_name(stage_of, prims):
     other = MATERIAL.format(arcs="").replace('"M"', '"N"').replace("</M/", "</N/")
     read = stage_of(prims + other)
-    assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/N"]
+    assert [read.source_locations[node.getName()] for node in read.materialx.getMaterialNodes()] == ["/N"]
     left = [
         finding for finding in read.findings if finding.code == "USD_MISSING" and "it is not checked" in finding.message
     ]
@@ -273,7 +273,7 @@ def test_an_image_of_a_package_that_a_stage_refers_to_is_read(stage_of, usda, tm
     material += "    asset inputs:file = @tex/a.png@\n    color3f outputs:out\n  }\n}\n"
     package(tmp_path / "p.usdz", **{"s.usda": HEAD + material, "tex/a.png": b"picture"})
     read = stage_of('def "M" (\n references = @./p.usdz@</M>\n) {\n}\n')
-    name = read.document.getNode("i").getInput("file").getValueString()
+    name = read.materialx.getNode("i").getInput("file").getValueString()
     assert name == "p.usdz.0/tex/a.png"
     assert read.reach.regular(name).read_bytes() == b"picture"
     assert not [finding for finding in read.findings if not finding.code.startswith("USD_")]
@@ -288,5 +288,5 @@ def test_layers_are_looked_for_in_further_folders_that_may_be_read(usda, library
     for name in ("b.usda", "../shared/b.usda"):
         path.write_text(referring(f"references = @{name}@</M>"))
         reach = Reach.beside(path, (tmp_path / "shared",))
-        read = read_document(path, reach, library, tmp_path / "empty")[0]
-        assert [read.places[node.getName()] for node in read.document.getMaterialNodes()] == ["/a"]
+        read = read_document(path, reach, library, tmp_path / "empty")
+        assert [read.source_locations[node.getName()] for node in read.materialx.getMaterialNodes()] == ["/a"]

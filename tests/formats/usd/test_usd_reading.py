@@ -49,16 +49,16 @@ def material(stage_of):
 
 def value(imported, node, name):
     """Type, value and colour space of an input."""
-    given = imported.document.getDescendant(node).getInput(name)
+    given = imported.materialx.getDescendant(node).getInput(name)
     return given.getType(), given.getValueString(), given.getColorSpace()
 
 
 def test_a_document_says_where_its_elements_come_from(material):
     read = material(conductor="float2 inputs:roughness = (0.1, 0.2)")
     assert read.findings == []
-    assert read.document.validate()[0]
+    assert read.materialx.validate()[0]
     assert value(read, "c", "roughness") == ("vector2", "0.1, 0.2", "")
-    assert read.places == {
+    assert read.source_locations == {
         "M": "/M",
         "M/surfaceshader": "/M.outputs:mtlx:surface",
         "s": "/M/s",
@@ -66,8 +66,8 @@ def test_a_document_says_where_its_elements_come_from(material):
         "c": "/M/c",
         "c/roughness": "/M/c.inputs:roughness",
     }
-    assert read.place("/c/roughness") == "/M/c.inputs:roughness"
-    assert read.place("/c/absent") == "/M/c/absent"
+    assert read.source_location("/c/roughness") == "/M/c.inputs:roughness"
+    assert read.source_location("/c/absent") == "/M/c/absent"
 
 
 def test_values_come_through_the_interface_of_a_material(material):
@@ -137,7 +137,7 @@ NESTED = """def NodeGraph "h"
 
 
 def test_a_graph_stays_a_graph(stage_of):
-    document = stage_of(GRAPH.format(source="/M/g/k", inside=CONSTANT.format("/M/g.inputs:gain"))).document
+    document = stage_of(GRAPH.format(source="/M/g/k", inside=CONSTANT.format("/M/g.inputs:gain"))).materialx
     assert document.getNodeGraph("g").getNode("k").getInput("value").getInterfaceName() == "gain"
     assert document.getNode("s").getInput("opacity").getNodeGraphString() == "g"
 
@@ -147,8 +147,8 @@ def test_a_shader_may_have_the_name_of_an_input_or_an_output_of_its_graph(stage_
     read = stage_of(
         prims + prims.replace("/M", "/N").replace('"M"', '"N"').replace("gain", "out").replace("0.25", "0.5")
     )
-    assert read.document.validate() == (True, "")
-    graph = read.document.getNodeGraph("g2")
+    assert read.materialx.validate() == (True, "")
+    graph = read.materialx.getNodeGraph("g2")
     (node,) = graph.getNodes()
     assert graph.getInput(node.getInput("value").getInterfaceName()).getValueString() == "0.5"
     assert graph.getOutputs()[0].getConnectedNode().getName() == node.getName()
@@ -157,9 +157,9 @@ def test_a_shader_may_have_the_name_of_an_input_or_an_output_of_its_graph(stage_
 def test_graphs_within_graphs_are_dissolved(stage_of):
     nested = NESTED.format(CONSTANT.format("/M/g/h.inputs:up"))
     read = stage_of(GRAPH.format(source="/M/g/h", inside=nested))
-    assert read.document.getNodeGraph("g") is None
+    assert read.materialx.getNodeGraph("g") is None
     assert value(read, "k", "value") == ("float", "0.25", "")
-    assert read.places["k/value"] == "/M/g/h/k.inputs:value"
+    assert read.source_locations["k/value"] == "/M/g/h/k.inputs:value"
 
 
 def test_a_definition_is_named_only_where_another_would_be_found(material):
@@ -167,21 +167,21 @@ def test_a_definition_is_named_only_where_another_would_be_found(material):
     other = other.format("m", "") + other.format("n", "float inputs:in2 = 0.5")
     read = material(more=other)
     # Without inputs, ND_multiply_color3 fits as well, and comes first; with a number for in2, it does not.
-    assert read.document.getNode("m").getNodeDefString() == "ND_multiply_color3FA"
-    assert read.document.getNode("n").getNodeDefString() == ""
-    assert [read.document.getNode(name).getNodeDefString() for name in ("s", "c")] == ["", ""]
+    assert read.materialx.getNode("m").getNodeDefString() == "ND_multiply_color3FA"
+    assert read.materialx.getNode("n").getNodeDefString() == ""
+    assert [read.materialx.getNode(name).getNodeDefString() for name in ("s", "c")] == ["", ""]
 
 
 def test_a_stage_without_a_network_of_materialx_has_no_material(stage_of):
     preview = 'def Shader "p" {\n uniform token info:id = "UsdPreviewSurface"\n token outputs:surface\n }'
     read = stage_of(f'def Material "M" {{\n token outputs:surface.connect = </M/p.outputs:surface>\n {preview}\n }}\n')
-    assert (read.document.getChildren(), read.findings) == ([], [])
+    assert (read.materialx.getChildren(), read.findings) == ([], [])
 
 
 def test_a_network_may_stand_in_the_universal_output(stage_of):
     shader = 'def Shader "s" {\n uniform token info:id = "ND_surface"\n token outputs:surface\n }'
     read = stage_of(f'def Material "M" {{\n token outputs:surface.connect = </M/s.outputs:surface>\n {shader}\n }}\n')
-    assert read.places["M/surfaceshader"] == "/M.outputs:surface"
+    assert read.source_locations["M/surfaceshader"] == "/M.outputs:surface"
 
 
 WRONG = {
@@ -312,15 +312,15 @@ def Material "D" (
 }
 """
     read = stage_of(base + derived)
-    materials = [node.getName() for node in read.document.getMaterialNodes()]
-    places = [read.places[name] for name in materials]
+    materials = [node.getName() for node in read.materialx.getMaterialNodes()]
+    places = [read.source_locations[name] for name in materials]
     assert places == ["/M", "/D", "/D{look=worn}"]
     weights = {
-        read.places[n.getName()]: value(read, n.getName(), "weight")[1]
-        for n in read.document.getNodes("conductor_bsdf")
+        read.source_locations[n.getName()]: value(read, n.getName(), "weight")[1]
+        for n in read.materialx.getNodes("conductor_bsdf")
     }
     assert weights == {"/M/c": "0.5", "/D/c": "0.5", "/D{look=worn}c": "0.25"}
-    assert read.document.validate()[0]
+    assert read.materialx.validate()[0]
 
 
 ABOVE = """
@@ -352,11 +352,11 @@ def Xform "X" (
 def test_a_variant_above_a_material_counts_and_their_number_is_bounded(stage_of, monkeypatch):
     prims = ABOVE.format(material=MATERIAL.format(**BARE).replace("</M/", "</X/M/"))
     read = stage_of(prims)
-    assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
-    assert read.places["M2/surfaceshader"] == "/X{v=b}M.outputs:mtlx:surface"
+    assert [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
+    assert read.source_locations["M2/surfaceshader"] == "/X{v=b}M.outputs:mtlx:surface"
     monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 0)
     read = stage_of(prims)
-    assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M"]
+    assert [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()] == ["/X/M"]
     (finding,) = [finding for finding in read.findings if not finding.code.startswith("USD_")]
     assert (finding.code, finding.location) == ("INTERCHANGE_LOST", "/X")
 
@@ -365,7 +365,7 @@ def test_a_variant_is_looked_at_with_the_other_sets_as_they_are(stage_of):
     prims = ABOVE.format(material=MATERIAL.format(**BARE).replace("</M/", "</X/M/"))
     prims = prims.replace('        "c" {\n        }\n', "").replace('Sets = "v"', 'Sets = ["v", "w"]')
     read = stage_of(prims.rstrip()[:-1] + '    variantSet "w" = {\n        "d" {\n        }\n    }\n}\n')
-    assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
+    assert [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
 
 
 def test_what_cannot_be_composed_of_a_variant_is_told_and_not_printed(stage_of, capfd):
@@ -392,7 +392,7 @@ def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, m
     monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 2)  # as many as one of them has beside the selected
     read = stage_of(prims)
     assert [finding for finding in read.findings if not finding.code.startswith("USD_")] == []
-    places = [read.places[n.getName()] for n in read.document.getMaterialNodes()]
+    places = [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()]
     assert places == ["/X/M", *(f"/i{k}/M" for k in range(5)), "/X{v=b}M"]
 
 
@@ -400,23 +400,23 @@ def test_what_instances_share_is_read_once_at_the_first(stage_of):
     prims = 'class "P"\n{\n' + MATERIAL.format(**BARE).replace("</M/", "</P/M/") + "}\n"
     prims += "".join(f'def "i{k}" (\n instanceable = true\n references = </P>\n)\n{{\n}}\n' for k in range(3))
     read = stage_of(prims)
-    assert [read.places[n.getName()] for n in read.document.getMaterialNodes()] == ["/i0/M"]
+    assert [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()] == ["/i0/M"]
     assert value(read, "s", "bsdf")[0] == "BSDF"
-    assert read.places["c"] == "/i0/M/c"
+    assert read.source_locations["c"] == "/i0/M/c"
 
 
 def test_shaders_of_one_name_are_counted_on_from_the_last(stage_of):
     prims = "".join(MATERIAL.format(**BARE).replace('"M"', f'"M{k}"').replace("</M/", f"</M{k}/") for k in range(12))
     read = stage_of(prims)
-    nodes = [node.getName() for node in read.document.getNodes("surface")]
+    nodes = [node.getName() for node in read.materialx.getNodes("surface")]
     assert nodes == ["s", *(f"s{k}" for k in range(2, 13))]
-    assert read.places["s12"] == "/M11/s"
+    assert read.source_locations["s12"] == "/M11/s"
 
 
 def test_a_default_colour_space_of_the_layer_counts(usda, stage_of):
     head = '#usda 1.0\n(\n customLayerData = {\n string colorSpace = "srgb_texture"\n }\n)\n'
     read = stage_of(usda(MATERIAL.format(**BARE | {"conductor": "color3f inputs:ior = (1, 2, 3)"}), head=head))
-    assert read.document.getNode("c").getInput("ior").getActiveColorSpace() == "srgb_texture"
+    assert read.materialx.getNode("c").getInput("ior").getActiveColorSpace() == "srgb_texture"
 
 
 def test_the_noise_of_usds_validators_is_left_out_for_known_ids_alone(stage_of, monkeypatch):

@@ -131,7 +131,7 @@ def test_what_has_another_form_in_usd_keeps_its_values(featured, inner, within, 
     source = imported(featured(inner, within))
     back = round_trip(source)
     assert same(shades(source, rng), shades(back, rng))
-    assert (back.document.getNodeGraph("G") is None) == bool(within)
+    assert (back.materialx.getNodeGraph("G") is None) == bool(within)
 
 
 @pytest.mark.parametrize(
@@ -168,5 +168,5 @@ def test_numbers_are_written_in_the_fewest_digits_that_give_them_back(rng):
 def test_booleans_survive_set_and_unset(given, surface_document, written, stage_of):
     value = f'<input name="retroreflective" type="boolean" value="{given}" />' if given else ""
     document = surface_document(f'<conductor_bsdf name="bsdf" type="BSDF">{value}</conductor_bsdf>')
-    back = stage_of(written(document)).document.getNode("bsdf").getInput("retroreflective")
+    back = stage_of(written(document)).materialx.getNode("bsdf").getInput("retroreflective")
     assert (back and back.getValueString()) == given

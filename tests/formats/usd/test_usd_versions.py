@@ -51,7 +51,7 @@ def network(stage_of):
 
 
 def by_name(read):
-    return {node.getName(): node for node in read.document.getNodes()}
+    return {node.getName(): node for node in read.materialx.getNodes()}
 
 
 UPGRADED = {
@@ -93,8 +93,8 @@ def test_nodes_of_1_38_become_those_of_today(network, case, version):
     for name, (category, inputs) in expected.items():
         assert nodes[name].getCategory() == category
         assert {given.getName() for given in nodes[name].getInputs()} == inputs
-        assert read.places[name] == "/M/w"  # also of what is new
-    assert read.document.validate() == (True, "")
+        assert read.source_locations[name] == "/M/w"  # also of what is new
+    assert read.materialx.validate() == (True, "")
     assert read.findings == []
 
 
@@ -139,7 +139,7 @@ def test_thin_films_in_layers_become_inputs_of_what_they_lie_on(stage_of):
     assert by_name(read)["m"].getInput("thinfilm_thickness").getValue() == 500.0
     assert by_name(read)["s"].getInput("bsdf").getNodeName() == "m"
     assert {"f", "l"}.isdisjoint(by_name(read))
-    assert read.document.validate() == (True, "")
+    assert read.materialx.validate() == (True, "")
 
 
 @pytest.mark.parametrize("version", ["1.39", "2.0"])
@@ -166,14 +166,18 @@ def test_materials_of_several_versions_are_upgraded_each_by_its_own(stage_of):
     given = COLOR.replace("/w.", "/separate.").replace("</M/", "</O/")
     prims = MATERIAL.format(name="O", version=STATED.format("1.39"), given=given, shaders=named) + prims
     read = stage_of(prims)
-    assert [read.places[name] for name in ("separate", "separate2", "separate3")] == ["/O/separate", "/M/w", "/N/w"]
+    assert [read.source_locations[name] for name in ("separate", "separate2", "separate3")] == [
+        "/O/separate",
+        "/M/w",
+        "/N/w",
+    ]
     nodes = by_name(read)
     assert nodes["w"].getInput("in1").getNodeName() == "separate2"
     assert nodes["w2"].getInput("in1").getNodeName() == "separate3"
     assert nodes["separate3"].getInput("in").getNodeName() == "i2"
     assert nodes["s3"].getInput("bsdf").getNodeName() == "c3"
-    assert read.places["w2/in"] == "/N/w.inputs:in"
-    assert read.document.validate() == (True, "")
+    assert read.source_locations["w2/in"] == "/N/w.inputs:in"
+    assert read.materialx.validate() == (True, "")
 
 
 def test_graphs_are_upgraded_inside(stage_of):
@@ -185,12 +189,12 @@ def test_graphs_are_upgraded_inside(stage_of):
     graph = f'def NodeGraph "g"\n{{\ncolor3f outputs:out.connect = </M/g/w.outputs:out>\n{inside}}}\n'
     given = "color3f inputs:color.connect = </M/g.outputs:out>"
     read = stage_of(MATERIAL.format(name="M", version="", given=given, shaders=graph))
-    graph = read.document.getNodeGraph("g")
+    graph = read.materialx.getNodeGraph("g")
     assert graph.getNode("w").getInput("in1").getNodeName() == "separate"
     assert graph.getNode("separate").getInput("in").getNodeName() == "i"
     assert by_name(read)["c"].getInput("color").getNodeGraphString() == "g"
-    assert read.places["g/separate"] == "/M/g/w"
-    assert read.document.validate() == (True, "")
+    assert read.source_locations["g/separate"] == "/M/g/w"
+    assert read.materialx.validate() == (True, "")
 
 
 def test_what_the_validators_say_of_nodes_of_1_38_is_noise(stage_of, network):

@@ -7,7 +7,7 @@ import zipfile
 import pytest
 from pxr import Sdf, Usd, UsdShade
 
-from mrm_mtlx.documents.document import Imported
+from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_of
@@ -107,7 +107,7 @@ def test_a_linear_graph_stays_so_in_a_document_of_another_space(make_document, w
         + USE,
         attributes='colorspace="acescg"',
     )
-    back = stage_of(written(document)).document
+    back = stage_of(written(document)).materialx
     assert back.getDescendant("g/c/value").getActiveColorSpace() == "lin_rec709"
 
 
@@ -125,7 +125,9 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
         '<image name="i" type="color3"><input name="file" type="filename" value="a.ppm" fileprefix="tex/" /></image>'
     )
     document = surface_document(image + LEAF.format('<input name="color" type="color3" nodename="i" />'))
-    source = Imported(document, reach=Reach(tmp_path / "documents", tmp_path))
+    source = Document(
+        materialx=document, path=tmp_path / "documents" / "a.mtlx", reach=Reach(tmp_path / "documents", tmp_path)
+    )
     # What lies elsewhere is copied, so that the stage's folder has all that it names.
     for name, expected in (("stages/a.usda", "./a/documents/tex/a.ppm"), ("documents/a.usda", "./tex/a.ppm")):
         assert format_of(tmp_path / name).write(source, tmp_path / name, library) == []
@@ -141,8 +143,8 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
             assert (data % saving.ALIGNMENT, entry.compress_type) == (0, zipfile.ZIP_STORED)
     # Within the package, and without it.
     (tmp_path / "documents/tex/a.ppm").unlink()
-    back = read_document(tmp_path / "a.usdz", Reach.only(tmp_path), library, tmp_path / "stages")[0]
-    name = back.document.getNode("i").getInput("file").getValueString()
+    back = read_document(tmp_path / "a.usdz", Reach.only(tmp_path), library, tmp_path / "stages")
+    name = back.materialx.getNode("i").getInput("file").getValueString()
     assert (back.packed, (back.reach.folder / name).read_bytes()[-3:]) == (True, b"\x80\x40\x20")
     with pytest.raises(OSError, match="is an image missing"):
         format_of(tmp_path / "a.usdz").write(source, tmp_path / "a.usdz", library)
@@ -155,7 +157,7 @@ def test_a_surface_without_a_material_gets_one(make_document, written, stage_of)
     )
     text = written(document).read_text(encoding="utf-8")
     assert "token outputs:mtlx:surface.connect = </Materials/g_out/g.outputs:out>" in text
-    assert [m.getName() for m in stage_of(written(document)).document.getMaterialNodes()] == ["g_out"]
+    assert [m.getName() for m in stage_of(written(document)).materialx.getMaterialNodes()] == ["g_out"]
 
 
 def test_each_material_holds_all_that_it_is_made_of(make_document, written):
@@ -222,4 +224,4 @@ def test_names_that_usd_does_not_allow_are_changed(make_document, written, stage
     )
     path = written(document)
     assert Sdf.Layer.FindOrOpen(str(path)).GetPrimAtPath("/Materials/m/a_b")
-    assert stage_of(path).document.getNode("a_b") is not None
+    assert stage_of(path).materialx.getNode("a_b") is not None

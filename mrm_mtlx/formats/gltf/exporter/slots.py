@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.formats.gltf.exporter.terms import Lookup
 
 _ALPHA = 3
@@ -54,7 +54,7 @@ class Channel(NamedTuple):
 class Images(DocumentImages):
     """The images of a document, as they may be written beside an asset."""
 
-    def __init__(self, source: Imported, output: Path) -> None:
+    def __init__(self, source: Document, output: Path) -> None:
         super().__init__(source.reach)
         self._source, self._folder = source, output.parent.resolve()
 

@@ -24,7 +24,7 @@ from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
@@ -44,7 +44,7 @@ def names(path: Path) -> list[str]:
     return [unquote(uri) for uri in uris if isinstance(uri, str) and not is_data(uri)]
 
 
-def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
+def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
     """Write a document as .gltf or .glb, into a set of files; see `formats.registry`.
 
     A material that glTF cannot say is left out. What was written is read back, and how far it is from the document is
@@ -57,7 +57,7 @@ def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) ->
     NothingToWriteError
         If glTF can say none of the document's materials.
     """
-    document = resolved(source.document)
+    document = resolved(source.materialx)
     images, asset = Images(source, path), Asset()
     findings: list[Finding] = []
     written = []
@@ -89,7 +89,7 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
             asset.save(copy, files, beside=False)
         back = read(copy, Reach.beside(copy), library, scratch)
         found = Images(back, copy)
-        for element, again, data in zip(elements, renderable_elements(back.document), asset.materials, strict=True):
+        for element, again, data in zip(elements, renderable_elements(back.materialx), asset.materials, strict=True):
             place = f"/{element.getNamePath()}"
             images.start_surface()
             found.start_surface()

@@ -19,15 +19,15 @@ class Graph:
     Its methods make nodes, once for all that ask for the same; `output` connects one to an input of the surface.
     """
 
-    def __init__(self, document: mx.Document, name: str, places: dict[str, str]) -> None:
-        self._document, self._name, self._places = document, name, places
+    def __init__(self, document: mx.Document, name: str, source_locations: dict[str, str]) -> None:
+        self._document, self._name, self._source_locations = document, name, source_locations
         self._graph: Any = None
         self._made: dict[Any, Any] = {}
 
     def finish(self, place: str) -> None:
         """Say where in the asset the graph lies as a whole."""
         if self._graph is not None:
-            self._places[self._name] = place
+            self._source_locations[self._name] = place
 
     def output(self, name: str, node: Any, which: str = "") -> Any:
         """An output of the graph with what a node gives; `which` of a node with several."""
@@ -88,10 +88,10 @@ class Graph:
         key = _key(kind if category == "gltf_image" else category, use)
         if key not in self._made:
             node = self._made[key] = self._add(category, kind, f"texture_{use.number}")
-            self._places[node.getNamePath()] = use.place
+            self._source_locations[node.getNamePath()] = use.place
             file = node.addInput("file", "filename")
             file.setValueString(use.file)
-            self._places[file.getNamePath()] = use.image_place
+            self._source_locations[file.getNamePath()] = use.image_place
             if encoded:
                 file.setColorSpace(ENCODED)
             self._look_up(node, use)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Imported
+from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.gltf import properties as gltf
@@ -40,36 +40,36 @@ _CORRECT = "Correct the name; there is no extension of that one that is read."
 _FAINT = 0.08
 
 
-def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Imported:
+def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:
     """The materials of a .gltf or .glb as a document; see `formats.registry`.
 
     A material that breaks glTF's rules is left out; what MaterialX cannot say is left out of its material. Both are
     findings, with JSON pointers as places.
     """
     container = open_container(path, reach)
-    document = mx.createDocument()
-    document.setColorSpace("lin_rec709")
-    imported = Imported(document, reach=reach)
+    materialx = mx.createDocument()
+    materialx.setColorSpace("lin_rec709")
+    document = Document(materialx=materialx, path=path, reach=reach)
     known: set[Finding] = set()
 
     def report(found: Finding) -> None:
         if found not in known:  # two materials may use one texture
             known.add(found)
-            imported.findings.append(found)
+            document.findings.append(found)
 
     textures = Textures(container, scratch, report)
     if textures.packed:
-        imported.reach = Reach.only(scratch)
-        imported.packed = True
+        document.reach = Reach.only(scratch)
+        document.packed = True
     _check_extensions(container, report)
     colored = dict(_colored(container.data))
     for index in range(len(container.data.get("materials", []))):
-        _Material(container, index, textures, report).add_to(imported)
+        _Material(container, index, textures, report).add_to(document)
         if index in colored:
             message = f"the vertex colours of {colored[index]} multiply its base colour; a document has none"
             report(LOST.at(pointer("materials", index), message))
-    document.setDataLibrary(library.document)
-    return imported
+    materialx.setDataLibrary(library.document)
+    return document
 
 
 class _Material:
@@ -80,7 +80,7 @@ class _Material:
         self._textures, self._report = textures, report
         self._place = pointer("materials", index)
 
-    def add_to(self, imported: Imported) -> None:
+    def add_to(self, document: Document) -> None:
         """Add the material, unless it breaks the rules, and say what of it is lost."""
         self._material = self._container.data["materials"][self._index]
         wrong = problems("material", self._material, self._place)
@@ -92,23 +92,23 @@ class _Material:
             return
         self._extensions = self._material.get("extensions", {})
         self._report_losses()
-        self._imported = imported
-        document = imported.document
+        self._source_locations = document.source_locations
+        materialx = document.materialx
         given = str(self._material.get("name", "")) or f"material_{self._index}"
         name = re.sub(r"[^A-Za-z0-9_]", "_", given)[:100]
         if name[0].isdigit():  # generated code has variables of this name
             name = f"_{name}"
-        if document.getChild(name) is not None:  # with its index, as counting up takes long for thousands of one name
+        if materialx.getChild(name) is not None:  # with its index, as counting up takes long for thousands of one name
             name = f"{name}_{self._index}"
-        name = document.createValidChildName(name)
+        name = materialx.createValidChildName(name)
         # The shader's name is found first, so that the three are taken together.
         category = "surface_unlit" if _UNLIT in self._extensions else "gltf_pbr"
-        self._shader = document.addNode(category, document.createValidChildName(f"SR_{name}"), "surfaceshader")
-        self._graph = Graph(document, document.createValidChildName(f"NG_{name}"), imported.places)
-        material = document.addNode("surfacematerial", name, "material")
+        self._shader = materialx.addNode(category, materialx.createValidChildName(f"SR_{name}"), "surfaceshader")
+        self._graph = Graph(materialx, materialx.createValidChildName(f"NG_{name}"), self._source_locations)
+        material = materialx.addNode("surfacematerial", name, "material")
         material.addInput("surfaceshader", "surfaceshader").setNodeName(self._shader.getName())
         for element in (material, self._shader):
-            imported.places[element.getNamePath()] = self._place
+            self._source_locations[element.getNamePath()] = self._place
         if _UNLIT in self._extensions:
             self._fill_unlit()
         else:
@@ -265,14 +265,14 @@ class _Material:
 
     def _set(self, name: str, kind: str, value: tuple[float, ...], path: gltf.Path) -> None:
         self._shader.addInput(name, kind).setValueString(", ".join(f"{x:.9g}" for x in value))
-        self._imported.places[f"{self._shader.getName()}/{name}"] = self._at(path)
+        self._source_locations[f"{self._shader.getName()}/{name}"] = self._at(path)
 
     def _connect(self, name: str, node: Any, path: gltf.Path, which: str = "") -> None:
         output = self._graph.output(name, node, which)
         given = self._shader.addInput(name, output.getType())
         given.setNodeGraphString(output.getParent().getName())
         given.setOutputString(output.getName())
-        self._imported.places[f"{self._shader.getName()}/{name}"] = self._at(path)
+        self._source_locations[f"{self._shader.getName()}/{name}"] = self._at(path)
 
     def _lost(self, path: gltf.Path, message: str, hint: str = "") -> None:
         self._report(LOST.at(self._at(path), message, hint))

@@ -17,7 +17,7 @@ from mrm_mtlx.system.console import silenced
 from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
-    from mrm_mtlx.documents.document import Imported
+    from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
@@ -29,7 +29,7 @@ _HEADER, _EXTRA_HEADER = 30, 4
 _EXTRA_ID = 0x1986
 
 
-def write(source: Imported, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
+def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
     """Write the materials of a document as `path`, into a set of files; see `formats.registry`."""
     del library  # the document's own is set
     if path.suffix.lower() == ".usdz":
@@ -60,7 +60,7 @@ def names(path: Path) -> list[str]:
     return found
 
 
-def _layer(source: Imported, path: Path, files: FileSet) -> list[Finding]:
+def _layer(source: Document, path: Path, files: FileSet) -> list[Finding]:
     """Write a layer that is to stand at `path`."""
     unfinished = files.named(path)
 
@@ -70,7 +70,7 @@ def _layer(source: Imported, path: Path, files: FileSet) -> list[Finding]:
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
     try:
-        findings = write_materials(source.document, layer, anchored)
+        findings = write_materials(source.materialx, layer, anchored)
     except Tf.ErrorException as error:
         msg = f"USD cannot hold it: {said(error)}"
         raise ValueError(msg) from error
@@ -81,7 +81,7 @@ def _layer(source: Imported, path: Path, files: FileSet) -> list[Finding]:
     return findings
 
 
-def _package(source: Imported, name: str, unfinished: Path) -> list[Finding]:
+def _package(source: Document, name: str, unfinished: Path) -> list[Finding]:
     """Write a package: USD gathers the images, and what it wrote is stored again without the time of writing."""
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         layer, gathered = Path(folder, f"{name}.usdc"), Path(folder, "gathered.usdz")

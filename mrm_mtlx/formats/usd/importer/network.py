@@ -35,8 +35,8 @@ class Translation:
         The definitions.
     file_name
         Function from an attribute of type asset to the file's name in the document.
-    places, findings
-        See `Imported`.
+    source_locations, findings
+        See `Document`.
     last
         By an element's path and a name: the last that was made of the name for a child.
     definitions
@@ -48,7 +48,7 @@ class Translation:
     document: mx.Document
     library: DataLibrary
     file_name: Callable[[Usd.Attribute], str]
-    places: dict[str, str] = field(default_factory=dict)
+    source_locations: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     last: dict[tuple[str, str], str] = field(default_factory=dict)
     definitions: dict[tuple[str, str, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
@@ -81,10 +81,10 @@ def translate(into: Translation, material: UsdShade.Material, place: Callable[[S
     document.setColorSpace(into.document.getColorSpace())
     alone = Translation(document, into.library, into.file_name, findings=into.findings, is_earlier=True)
     Network(alone, material, place).translate()
-    _add(into, upgraded(document, version, alone.places), alone.places)
+    _add(into, upgraded(document, version, alone.source_locations), alone.source_locations)
 
 
-def _add(into: Translation, document: mx.Document, places: dict[str, str]) -> None:
+def _add(into: Translation, document: mx.Document, source_locations: dict[str, str]) -> None:
     """Add the elements of a document to a translation, under names that are free there."""
     names = {}
     for element in document.getChildren():
@@ -97,10 +97,10 @@ def _add(into: Translation, document: mx.Document, places: dict[str, str]) -> No
             for attribute in ("nodename", "nodegraph"):
                 if given.hasAttribute(attribute):
                     given.setAttribute(attribute, names.get(given.getAttribute(attribute), ""))
-    for path, found in places.items():
+    for path, found in source_locations.items():
         first, _, rest = path.partition("/")
         if first in names:
-            into.places[f"{names[first]}/{rest}" if rest else names[first]] = found
+            into.source_locations[f"{names[first]}/{rest}" if rest else names[first]] = found
 
 
 class _Source(NamedTuple):
@@ -171,7 +171,7 @@ class Network:
             self._inputs(*self._waiting.pop())
 
     def _note(self, element: Any, path: Sdf.Path) -> None:
-        self._into.places[element.getNamePath()] = self._place(path)
+        self._into.source_locations[element.getNamePath()] = self._place(path)
 
     def _report(self, rule: Rule, path: Sdf.Path, message: str, hint: str = "") -> None:
         self._into.findings.append(rule.at(self._place(path), message, hint))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from pxr import Sdf, Tf, Usd, UsdShade
 
-from mrm_mtlx.documents.document import Imported, ReadError
+from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.assets import Assets
 from mrm_mtlx.formats.usd.importer.network import Translation, translate
@@ -34,7 +34,7 @@ _NO_VALUE = "No to_python"
 MAXIMUM_VARIANTS = 64
 
 
-def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Imported:
+def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Document:
     """Read the materials of a stage that have a MaterialX network; see `formats.registry`."""
     try:
         return _read(path, reach, library, scratch, documents)
@@ -50,7 +50,7 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, document
         raise ReadError(rules.READ_FORMAT.at("", message)) from error
 
 
-def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Imported:
+def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Document:
     opened = open_stage(path, reach, scratch, library, documents)
     stage, findings = opened.stage, opened.findings
     assets = Assets(opened)
@@ -61,12 +61,13 @@ def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documen
         _translate_variants(opened, translation, known)
     findings += translation.findings
     findings += validator_findings(opened, library, assets.seen)
-    return Imported(
-        translation.document,
-        translation.places,
-        list(dict.fromkeys(findings)),
+    return Document(
+        materialx=translation.document,
+        path=path,
         reach=assets.reach,
         packed=assets.packed,
+        source_locations=translation.source_locations,
+        findings=list(dict.fromkeys(findings)),
     )
 
 

@@ -59,8 +59,8 @@ def _definitions() -> mx.Document:
     return document
 
 
-def upgraded(document: mx.Document, version: str, places: dict[str, str]) -> mx.Document:
-    """A document of a version as the one that is installed has it; `places` get those of what is new in it.
+def upgraded(document: mx.Document, version: str, source_locations: dict[str, str]) -> mx.Document:
+    """A document of a version as the one that is installed has it; `source_locations` get those of what is new in it.
 
     What the upgrade adds comes from where the node stands that it is for.
     """
@@ -71,11 +71,13 @@ def upgraded(document: mx.Document, version: str, places: dict[str, str]) -> mx.
     text = mx.writeToXmlString(document)
     found = mx.createDocument()
     mx.readFromXmlString(found, text)
-    waiting = [node for node in found.traverseTree() if node.isA(mx.Node) and node.getNamePath() not in places]
+    waiting = [
+        node for node in found.traverseTree() if node.isA(mx.Node) and node.getNamePath() not in source_locations
+    ]
     for _ in range(len(waiting)):
         for node in waiting:
             users = [port.getParent().getNamePath() for port in node.getDownstreamPorts()]
-            known = next((places[user] for user in users if user in places), None)
+            known = next((source_locations[user] for user in users if user in source_locations), None)
             if known is not None:
-                places.setdefault(node.getNamePath(), known)
+                source_locations.setdefault(node.getNamePath(), known)
     return found

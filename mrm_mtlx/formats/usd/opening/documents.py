@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from mrm_mtlx.documents.document import Imported
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.formats.registry import DocumentReader
@@ -53,14 +52,14 @@ def open_document(
     ValueError
         If there is nothing to render, or too much.
     """
-    imported = read(path, reach)
-    problem = _problem(imported)
+    document = read(path, reach)
+    problem = _problem(document.materialx)
     if problem:
         raise ReadError(rules.DOC_INVALID.at("", problem))
-    _state_spaces(imported.document)
+    _state_spaces(document.materialx)
     layer = Sdf.Layer.CreateAnonymous(f"{path.name}.usda")
     try:
-        lost = write_materials(imported.document, layer, lambda name: named(str(reach.locate(name))), MATERIALS)
+        lost = write_materials(document.materialx, layer, lambda name: named(str(reach.locate(name))), MATERIALS)
     except Tf.ErrorException as error:
         msg = f"USD cannot hold it: {said(error)}"
         raise ValueError(msg) from error
@@ -68,15 +67,15 @@ def open_document(
     stage = Usd.Stage.Open(layer)
     for prim in stage.GetPrimAtPath(MATERIALS).GetChildren():
         _expose(UsdShade.Material(prim), library)
-    return layer, [*imported.findings, *lost]
+    return layer, [*document.findings, *lost]
 
 
-def _problem(imported: Imported) -> str:
+def _problem(document: mx.Document) -> str:
     """What is wrong with a document, so that its nodes cannot be written; "" for nothing."""
-    is_valid, message = imported.document.validate()
+    is_valid, message = document.validate()
     if not is_valid:
         return " ".join(message.split())
-    nodes = (element for element in imported.document.traverseTree() if element.isA(mx.Node))
+    nodes = (element for element in document.traverseTree() if element.isA(mx.Node))
     unknown = next((node for node in nodes if node.getNodeDef() is None), None)
     return "" if unknown is None else f"nothing defines the node '{unknown.getNamePath()}'"
 
