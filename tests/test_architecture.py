@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.findings.catalogue import RULES
+
 PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 
 # A layer may import the layers below it, and itself.
@@ -81,3 +83,39 @@ def test_help_loads_nothing_heavy() -> None:
     code += f"try:\n    run()\nfinally:\n    print([m for m in {HEAVY!r} if m in sys.modules], file=sys.stderr)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(done.stderr.splitlines()) == {"[]"}  # of the command's process, and of the one that waits for it
+
+
+def findings_from_strings(source: str) -> list[int]:
+    """Lines that make a finding by hand, name a rule by a text, or hang on the text of a code."""
+    wrong = []
+    for node in ast.walk(ast.parse(source)):
+        made = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("Finding", "Rule")
+        named = isinstance(node, ast.Constant) and node.value in RULES
+        compared = isinstance(node, ast.Compare) and any(map(_is_code, (node.left, *node.comparators)))
+        begun = isinstance(node, ast.Attribute) and node.attr == "startswith" and _is_code(node.value)
+        if made or named or compared or begun:
+            wrong.append(node.lineno)
+    return wrong
+
+
+def _is_code(node: ast.AST) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr == "code"
+
+
+def test_findings_are_made_of_rules() -> None:
+    sources = [path for path in PACKAGE.rglob("*.py") if path.relative_to(PACKAGE).parts[0] != "findings"]
+    wrong = {str(path): findings_from_strings(path.read_text(encoding="utf-8")) for path in sources}
+    assert {path: lines for path, lines in wrong.items() if lines} == {}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'Finding("DOC_CYCLE", "/a", "found", "hint")',
+        'report("DOC_CYCLE", place)',
+        'found.code == "DOC_" + "CYCLE"',
+        'found.code.startswith("USD_")',
+    ],
+)
+def test_a_finding_of_a_text_is_seen(line: str) -> None:
+    assert findings_from_strings(f"x = 1\n{line}\n") != []

@@ -215,8 +215,8 @@ def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytes
 
 
 def test_the_page_of_rules_is_up_to_date() -> None:
-    from mrm_mtlx.cli.rules import markdown_page
     from mrm_mtlx.findings.catalogue import RULES
+    from mrm_mtlx.findings.pages import markdown_page
 
     page = (REPOSITORY / "docs/rules.md").read_text(encoding="utf-8")
     assert page == markdown_page(list(RULES.values())) + "\n", "run: python -m tools.make_docs rules.md"

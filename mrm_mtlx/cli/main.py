@@ -26,6 +26,7 @@ from mrm_mtlx.cli import (
     vectors,
 )
 from mrm_mtlx.system import child, process_limits
+from mrm_mtlx.system.plugins import PluginError
 from mrm_mtlx.system.text import printable, text_lines
 
 # What a user can mend: no room where the output goes, or a name that no file can have.
@@ -129,6 +130,9 @@ def _report(error: Any) -> int:
         print(printable(f"mrm: {error.strerror}{f': {error.filename}' if error.filename else ''}"), file=sys.stderr)
         return 2
     message = text_lines(str(error).strip())[0] or "no message"
+    if isinstance(error, PluginError):
+        print(printable(f"mrm: {message}"), file=sys.stderr)
+        return 2
     print(printable(f"mrm: internal error: {type(error).__name__}: {message}"), file=sys.stderr)
     return 2
 

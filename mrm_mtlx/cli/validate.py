@@ -84,10 +84,10 @@ def validate(
 
 
 def _codes(codes: list[str] | None, option: str) -> tuple[str, ...]:
-    from mrm_mtlx.findings.catalogue import RULES
+    from mrm_mtlx.findings.catalogue import rules_from
 
     for code in codes or ():
-        if not any(rule.startswith(code) for rule in RULES):
+        if not rules_from(code):
             raise typer.BadParameter(f"no rule starts with '{code}'; `mrm rules` lists them", param_hint=option)
     return tuple(codes or ())
 

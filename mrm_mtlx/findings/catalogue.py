@@ -1,14 +1,32 @@
-"""Every rule, in one list: `mrm rules` prints it, docs/rules.md is made of it, tests go through it."""
+"""Every rule, in one list: `mrm rules` prints it, docs/rules.md is made of it, tests go through it.
+
+Another package adds a rule by an entry point of the group `mrm_mtlx.rules` whose value is a `Rule` with a `check`:
+
+    [project.entry-points."mrm_mtlx.rules"]
+    square = "my_package.square:SQUARE"
+"""
 
 from __future__ import annotations
 
+import copyreg
+import re
+from functools import cache
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.finding import Rule
+from mrm_mtlx.system.plugins import PluginError, registered
 
 if TYPE_CHECKING:
-    from mrm_mtlx.findings.finding import Rule
+    from collections.abc import Callable, Iterable, Mapping
+    from typing import Any
 
+    from mrm_mtlx.findings.finding import Finding
+
+GROUP = "mrm_mtlx.rules"
+CODE = re.compile(r"[A-Z][A-Z0-9]*(_[A-Z0-9]+)+")
+
+# Those of this package, in the order of the list.
 RULES: dict[str, Rule] = {
     rule.code: rule
     for rule in (
@@ -64,3 +82,61 @@ RULES: dict[str, Rule] = {
         rules.CHECK_TIMEOUT,
     )
 }
+
+
+@cache
+def all_rules() -> Mapping[str, Rule]:
+    """The rules of this package, and after them those that other packages register, by code.
+
+    Raises
+    ------
+    PluginError
+        If one of these does not load, is no rule, or has no code of its own.
+    """
+    found = dict(RULES)
+    for rule in registered(GROUP, Rule):
+        if not CODE.fullmatch(rule.code):
+            msg = f"'{rule.code}' in {GROUP} is no code of a rule, expected capitals such as SIGN_TOO_DARK"
+            raise PluginError(msg)
+        if rule.code in found:
+            msg = f"two rules are called {rule.code}; remove one of the packages that register in {GROUP}"
+            raise PluginError(msg)
+        found[rule.code] = rule
+    return found
+
+
+def rules_from(beginning: str) -> list[Rule]:
+    """The rules whose code starts so.
+
+    Raises
+    ------
+    PluginError
+        As `all_rules`.
+    """
+    return [rule for code, rule in all_rules().items() if code.startswith(beginning)]
+
+
+def brought_checks() -> list[Callable[[Any], Iterable[Finding]]]:
+    """The checks of documents that other packages register with their rules, in the order of `all_rules`.
+
+    Raises
+    ------
+    PluginError
+        As `all_rules`.
+    """
+    return [rule.check for rule in all_rules().values() if rule.check is not None]
+
+
+def rule_of(code: str) -> Rule:
+    """The rule of a code.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    """
+    return RULES.get(code) or all_rules()[code]
+
+
+# A rule is one object in each process: what crosses processes is its code.
+copyreg.pickle(Rule, lambda rule: (rule_of, (rule.code,)))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
 # Findings of one rule that are told of one document, one by one: nobody reads more, and a report has to be opened.
 MAXIMUM_OF_A_RULE = 100
@@ -23,7 +23,7 @@ class Severity(StrEnum):
     WARNING = "warning"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rule:
     """The source of `mrm rules`, of docs/rules.md and of every finding.
 
@@ -45,6 +45,10 @@ class Rule:
         from being used then.
     of_host
         Whether it is another program's opinion of the whole file, which `mrm validate` alone reports.
+    check
+        Function from a document of MaterialX to the rule's cases in it, of a rule that another package brings; it is
+        called where the document's connections have no circle. The checks of this package (`validation.checks`) find
+        cases of several rules on one way through a document.
     """
 
     code: str
@@ -54,6 +58,11 @@ class Rule:
     remedy: str = field(repr=False)
     of_surroundings: bool = False
     of_host: bool = False
+    check: Callable[[Any], Iterable[Finding]] | None = field(default=None, repr=False)
+
+    def is_among(self, beginnings: tuple[str, ...]) -> bool:
+        """Whether the code starts with one of these, as users name rules and groups of them."""
+        return self.code.startswith(beginnings)
 
     def at(self, location: str, message: str, hint: str = "") -> Finding:
         """A case of this rule; its remedy is the hint if none is given."""

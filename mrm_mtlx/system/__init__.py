@@ -4,5 +4,6 @@
 * `process_limits`: what a process binds itself to: memory, time, and not to outlive who started it.
 * `console`: what C++ libraries print.
 * `writing`: files written whole or not at all.
+* `plugins`: what other packages register.
 * `text`: untrusted text as it is shown.
 """

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx import __version__
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.catalogue import all_rules
 from mrm_mtlx.formats.registry import SUFFIXES
 from mrm_mtlx.system import process_limits
 from mrm_mtlx.validation.request import Request
@@ -78,6 +79,7 @@ def validate(
     ValidationResult
         Documents sorted by path. A path that does not exist is a document with a finding.
     """
+    all_rules()  # one that does not load is to be known before documents are checked
     missing, requests = collect(paths, settings)
     documents = missing + _run(requests, settings, progress)
     for document in documents:
@@ -336,5 +338,5 @@ def _prepare(scratch: str, parent: int, memory: int, up: Any) -> None:
 
 
 def _wanted(found: Finding, settings: Settings) -> bool:
-    selected = not settings.select or found.code.startswith(settings.select)
-    return selected and not (settings.ignore and found.code.startswith(settings.ignore))
+    is_selected = not settings.select or found.rule.is_among(settings.select)
+    return is_selected and not found.rule.is_among(settings.ignore)

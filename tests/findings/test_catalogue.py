@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import multiprocessing
 import os
+import pickle
 import re
+import subprocess
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
 
-from mrm_mtlx.cli import rules
 from mrm_mtlx.documents.document import NothingToWriteError
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.findings import rules as catalogue
+from mrm_mtlx.findings import pages, rules
 from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.formats.reading import read_document
@@ -164,7 +167,7 @@ def test_a_pair_of_documents_differs_in_few_lines(documents):
 @pytest.mark.parametrize("code", RULES)
 def test_every_rule_is_explained_on_the_command_line_and_in_the_page(code):
     rule = RULES[code]
-    page, whole = rules.page(rule), rules.markdown_page(list(RULES.values()))
+    page, whole = pages.page(rule), pages.markdown_page(RULES.values())
     assert rule.code == code
     assert rule.severity in Severity
     for text in (rule.title, rule.meaning, rule.remedy):
@@ -184,12 +187,32 @@ def flat(text: str) -> str:
 
 
 def test_a_finding_takes_severity_and_hint_from_its_rule():
-    plain = catalogue.DOC_CYCLE.at("/a", "found")
-    assert (plain.code, plain.severity, plain.hint) == ("DOC_CYCLE", Severity.ERROR, catalogue.DOC_CYCLE.remedy)
-    assert catalogue.DOC_CYCLE.at("/a", "found", "do this").hint == "do this"
+    plain = rules.DOC_CYCLE.at("/a", "found")
+    assert (plain.code, plain.severity, plain.hint) == ("DOC_CYCLE", Severity.ERROR, rules.DOC_CYCLE.remedy)
+    assert rules.DOC_CYCLE.at("/a", "found", "do this").hint == "do this"
     with pytest.raises(AttributeError):
-        catalogue.DOC_SQUARE.at("/a", "found")
+        rules.DOC_SQUARE.at("/a", "found")
 
 
 def test_a_rule_is_called_by_its_code():
-    assert {name: getattr(catalogue, name).code for name in catalogue.__all__} == {code: code for code in RULES}
+    assert {name: getattr(rules, name).code for name in rules.__all__} == {code: code for code in RULES}
+
+
+def test_a_rule_is_the_same_object_in_another_process():
+    found = rules.DOC_CYCLE.at("/a", "found")
+    assert pickle.loads(pickle.dumps(found)) == found
+    code = f"import pickle, sys; found = pickle.loads({pickle.dumps(found)!r})\n"
+    code += "from mrm_mtlx.findings import rules; sys.exit(found.rule is not rules.DOC_CYCLE)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_each_rule_is_used_where_something_is_checked(repository):
+    package = repository / "mrm_mtlx"
+    used = {
+        node.attr
+        for path in package.rglob("*.py")
+        if not path.is_relative_to(package / "findings")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "rules"
+    }
+    assert used >= RULES.keys()
