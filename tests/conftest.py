@@ -34,7 +34,12 @@ if TYPE_CHECKING:
 # The tools lie beside the package, which may be an installed one: it comes first. Worker processes take the path over.
 sys.path.append(str(Path(__file__).parents[1]))
 
-pytest_plugins = ["tests.fixtures.checks", "tests.fixtures.files", "tests.fixtures.plugins", "tests.fixtures.quadrature"]
+pytest_plugins = [
+    "tests.fixtures.checks",
+    "tests.fixtures.files",
+    "tests.fixtures.plugins",
+    "tests.fixtures.quadrature",
+]
 
 SEED = 2026
 
