@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrm_mtlx.cli.options import Implementation, Library, Output, Samples, Seed, TableFormat, Targets
+from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -62,13 +63,13 @@ def conformance(
         typer.echo(verdict, err=True)
     else:
         write_report(f"{_table(results)}\n{verdict}", output)
-    raise typer.Exit(1 if "fail" in statuses else 0 if "pass" in statuses else 3)
+    raise typer.Exit(1 if Status.FAIL in statuses else 0 if Status.PASS in statuses else 3)
 
 
-def _verdict(statuses: list[str]) -> str:
-    word = "FAILED" if "fail" in statuses else "PASSED" if "pass" in statuses else "NOTHING CHECKED"
-    counts = [f"{statuses.count(status)} {status}ed" for status in ("pass", "fail")]
-    return f"{word}  {', '.join(counts)}, {statuses.count('skip')} skipped"
+def _verdict(statuses: list[Status]) -> str:
+    word = "FAILED" if Status.FAIL in statuses else "PASSED" if Status.PASS in statuses else "NOTHING CHECKED"
+    counts = [f"{statuses.count(status)} {status}ed" for status in (Status.PASS, Status.FAIL)]
+    return f"{word}  {', '.join(counts)}, {statuses.count(Status.SKIP)} skipped"
 
 
 def _table(results: list[CaseResult]) -> str:

@@ -11,6 +11,7 @@ import typer
 from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Roots, Samples, Seed, Targets
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 from mrm_mtlx.system.text import printable
+from mrm_mtlx.validation.results import Stage, Status
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -136,13 +137,18 @@ def _print_document(screen: Console, document: DocumentResult) -> None:
 
 
 def _cell(result: TargetResult) -> str:
-    if result.status == "fail":
+    if result.status is Status.FAIL:
         return f"[red]FAIL {result.stage}[/red]"
-    if result.status == "skip":
-        return "[dim]-[/dim]" if result.stage == "generate" else f"[dim]- {_SHORT[result.stage]}[/dim]"
+    if result.status is Status.SKIP:
+        return "[dim]-[/dim]" if result.stage is Stage.GENERATE else f"[dim]- {_SHORT[result.stage]}[/dim]"
     if result.median_error is not None:
         return f"[green]ok[/green] {result.median_error:.1e}"
     return f"[green]ok[/green] {_SHORT[result.stage]}"
 
 
-_SHORT = {"compile": "compiled", "compare": "compared", "generate": "generated", "read": "not run"}
+_SHORT = {
+    Stage.COMPILE: "compiled",
+    Stage.COMPARE: "compared",
+    Stage.GENERATE: "generated",
+    Stage.READ: "not run",
+}

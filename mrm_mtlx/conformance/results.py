@@ -1,9 +1,11 @@
-"""What a case came to."""
+"""Results of cases."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:
     from mrm_mtlx.conformance.cases import Case
@@ -81,13 +83,11 @@ class CaseResult:
         return f"{self.case.name}, {self.variant}" if self.variant else self.case.name
 
     @property
-    def status(self) -> str:
-        """Pass, fail or skip."""
+    def status(self) -> Status:
+        """The verdict, or that there is none."""
         if self.approximations:
-            return "pass" if all(a.passed for a in self.approximations) else "fail"
-        if self.comparison is None:
-            return "skip"
-        return "pass" if self.comparison.passed else "fail"
+            return Status.of(all(a.passed for a in self.approximations))
+        return Status.SKIP if self.comparison is None else Status.of(self.comparison.passed)
 
     def to_json(self) -> dict[str, Any]:
         """The entry of the report's list of cases."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from mrm_mtlx.engines.base import CompileError, EngineFailure
 from mrm_mtlx.findings import rules
-from mrm_mtlx.validation.results import TargetResult
+from mrm_mtlx.validation.results import Stage, Status, TargetResult
 
 if TYPE_CHECKING:
     from mrm_mtlx.engines.base import Engine
@@ -18,16 +18,16 @@ def check_compiles(engine: Engine, shader: Shader, place: str) -> tuple[TargetRe
     """Compile a shader, if the engine works here; `place` is the element's path in findings."""
     available = engine.availability()
     if not available.available:
-        return TargetResult("generate", "skip", available.reason), []
+        return TargetResult(Stage.GENERATE, Status.SKIP, available.reason), []
     try:
         engine.compile(shader).release()
     except CompileError as error:
         return refused(shader.target, error.messages[0], place)
     except EngineFailure as error:
         return refused(shader.target, error, place)
-    return TargetResult("compile", "pass"), []
+    return TargetResult(Stage.COMPILE, Status.PASS), []
 
 
 def refused(target: str, reason: object, place: str) -> tuple[TargetResult, list[Finding]]:
     """The result of a shader that an engine refuses."""
-    return TargetResult("compile", "fail"), [rules.SHADER_COMPILE.at(place, f"{target}: {reason}")]
+    return TargetResult(Stage.COMPILE, Status.FAIL), [rules.SHADER_COMPILE.at(place, f"{target}: {reason}")]

@@ -18,7 +18,7 @@ from mrm_mtlx.validation.checks.scope import nothing_to_render
 from mrm_mtlx.validation.element import ElementCheck, ElementSweep
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult
+from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.retro_sweep import flattened
 from mrm_mtlx.validation.steps import READING, Step, Steps
@@ -48,8 +48,7 @@ def check_document(request: Request, steps: Steps | None = None) -> DocumentResu
     read = len(document.findings)
     result.findings[read:] = [document.in_source(found) for found in result.findings[read:]]
     for renderable in result.renderables:
-        path, of, variant = renderable.name.partition(" + ")
-        renderable.name = document.source_location(path) + of + variant
+        renderable.path = document.source_location(renderable.path)
     result.findings = capped(result.findings)
     return result
 
@@ -71,7 +70,7 @@ def _check(request: Request, document: Any, result: DocumentResult, steps: Steps
         renderable = RenderableResult(str(element.getNamePath()))
         result.renderables.append(renderable)
         if blocked:
-            skip = TargetResult("read", "skip", "the document has errors")
+            skip = TargetResult(Stage.READ, Status.SKIP, "the document has errors")
             renderable.targets = dict.fromkeys(request.targets, skip)
         else:
             result.findings += ElementCheck(request, element, renderable, flags, steps).run()

@@ -14,7 +14,7 @@ from mrm_mtlx.validation.compiling import refused
 from mrm_mtlx.validation.expectation import Verdict
 from mrm_mtlx.validation.file_checks import check_image
 from mrm_mtlx.validation.mending import mended_sources
-from mrm_mtlx.validation.results import TargetResult
+from mrm_mtlx.validation.results import Stage, Status, TargetResult
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -102,12 +102,12 @@ def check_draws(
     """
     available = engine.availability()
     if not available.available:
-        return dict.fromkeys(expectations, (TargetResult("generate", "skip", available.reason), []))
+        return dict.fromkeys(expectations, (TargetResult(Stage.GENERATE, Status.SKIP, available.reason), []))
     try:
         unfit = _unfit(engine, shader)
         if unfit:
             engine.compile(shader).release()
-            return dict.fromkeys(expectations, (TargetResult("compile", "skip", f"{engine.name} {unfit}"), []))
+            return dict.fromkeys(expectations, (TargetResult(Stage.COMPILE, Status.SKIP, f"{engine.name} {unfit}"), []))
         try:
             with engine.compile(shader, images.of(shader)) as program:
                 found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
@@ -117,7 +117,7 @@ def check_draws(
             }
         except ImagesTooLargeError as error:
             engine.compile(shader).release()  # at least it is compiled
-            return dict.fromkeys(expectations, (TargetResult("compile", "skip", f"it has {error}"), []))
+            return dict.fromkeys(expectations, (TargetResult(Stage.COMPILE, Status.SKIP, f"it has {error}"), []))
     except CompileError as error:
         return dict.fromkeys(expectations, refused(shader.target, error.messages[0], place))
     except EngineFailure as error:
@@ -154,9 +154,9 @@ def _check(
         node = expectation.not_finite()
         where = f"; in the reference, the node '{node}' is the first that is" if node else ""
         message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite{where}"
-        return TargetResult("compare", "fail", samples=count), [rules.SHADER_NOT_FINITE.at(place, message)]
+        return TargetResult(Stage.COMPARE, Status.FAIL, samples=count), [rules.SHADER_NOT_FINITE.at(place, message)]
     if expectation.reason:
-        return TargetResult("compile", "skip", expectation.reason, samples=count), []
+        return TargetResult(Stage.COMPILE, Status.SKIP, expectation.reason, samples=count), []
     verdict = expectation.compare(found)
     if not verdict.comparison.passed:
         verdict = _explained(engine, verdict, mended(shader), images, expectation, uniforms)
@@ -193,8 +193,8 @@ def judged(target: str, comparison: Comparison, place: str) -> tuple[TargetResul
 def _compared(comparison: Comparison) -> TargetResult:
     """The result of a comparison."""
     return TargetResult(
-        stage="compare",
-        status="pass" if comparison.passed else "fail",
+        stage=Stage.COMPARE,
+        status=Status.of(comparison.passed),
         samples=comparison.samples,
         max_error=comparison.max_error,
         median_error=comparison.median_error,

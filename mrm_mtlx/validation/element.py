@@ -22,7 +22,7 @@ from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.mending import mended_shaders
 from mrm_mtlx.validation.osl_light import compare_in_osl
-from mrm_mtlx.validation.results import RenderableResult, TargetResult
+from mrm_mtlx.validation.results import RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants
 from mrm_mtlx.validation.steps import Step
 
@@ -113,17 +113,17 @@ class ElementCheck:
         """What the check of a target gives, now or in the process before."""
         step = Step(self._renderable.name, target)
         if self._steps.skips(step):
-            return _Outcome(TargetResult("read", "skip", GIVEN_UP), [])
+            return _Outcome(TargetResult(Stage.READ, Status.SKIP, GIVEN_UP), [])
         return self._steps.run(step, lambda: self._check_target(target), _lost)
 
     def _check_target(self, target: str) -> _Outcome:
         try:
             shader = generate(self._element, target, self._library)
         except MissingCodeError as error:
-            return _Outcome(TargetResult("generate", "skip", str(error)), [])
+            return _Outcome(TargetResult(Stage.GENERATE, Status.SKIP, str(error)), [])
         except GenerationError as error:
             found = rules.SHADER_GENERATE.at(self._place, f"{target}: {error}")
-            return _Outcome(TargetResult("generate", "fail"), [found])
+            return _Outcome(TargetResult(Stage.GENERATE, Status.FAIL), [found])
         # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
         flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
         ignoring = frozenset(str(n.getName()) for n in flags if ignores_flag(shader, n.getName()))
@@ -134,13 +134,13 @@ class ElementCheck:
         """What engines make of a shader; closures are compared where the flags are `honoured`."""
         engine = registry.engine_for(shader.target)
         if engine is None:
-            return TargetResult("generate", "skip", registry.unserved(shader.target)), []
+            return TargetResult(Stage.GENERATE, Status.SKIP, registry.unserved(shader.target)), []
         if registry.runs(engine):
             mended = partial(mended_shaders, self._element, self._library)
             found = check_draws(engine, shader, self._images, {"": (self._expectation, {})}, self._place, mended)
             return found[""]
         result, findings = check_compiles(engine, shader, self._place)
-        if result.status == "pass" and honoured:
+        if result.status is Status.PASS and honoured:
             return self._compare_closures(shader.target, result)
         return result, findings
 
@@ -159,7 +159,7 @@ class ElementCheck:
 
 def _lost(found: Finding) -> _Outcome:
     """What stands for a target in whose check a process was lost."""
-    return _Outcome(TargetResult("generate", "fail"), [found])
+    return _Outcome(TargetResult(Stage.GENERATE, Status.FAIL), [found])
 
 
 class ElementSweep:
@@ -177,7 +177,7 @@ class ElementSweep:
     def run(self) -> tuple[list[RenderableResult], list[Finding]]:
         """Results of a renderable per node, and findings; those on images are told where the element is checked."""
         names = [v.name for v in self._variants]
-        results = {name: RenderableResult(f"{self._name} + retroreflective {name}") for name in names}
+        results = {name: RenderableResult(self._name, switched=name) for name in names}
         findings: list[Finding] = []
         for target in (t for t in self._request.targets if t in registry.targets(registry.runs) and results):
             step = Step(self._name, f"{target}, with the flag of each node on")
@@ -193,7 +193,7 @@ class ElementSweep:
         try:
             shader = generate(self._element, target, load_library(self._request.origin))
         except MissingCodeError as error:
-            return {v.name: _Outcome(TargetResult("generate", "skip", str(error)), []) for v in self._variants}
+            return {v.name: _Outcome(TargetResult(Stage.GENERATE, Status.SKIP, str(error)), []) for v in self._variants}
         except GenerationError as error:
             message = f"with the flag of {self._variants[0].name}: {error}"
             return self._lost(rules.SHADER_GENERATE.at(self._place, message))
@@ -207,7 +207,7 @@ class ElementSweep:
         return outcomes
 
     def _lost(self, found: Finding) -> dict[str, _Outcome]:
-        return {v.name: _Outcome(TargetResult("generate", "fail"), [found]) for v in self._variants}
+        return {v.name: _Outcome(TargetResult(Stage.GENERATE, Status.FAIL), [found]) for v in self._variants}
 
     @cached_property
     def _expectations(self) -> dict[str, Expectation]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.system.text import printable, text_lines
+from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:
     from mrm_mtlx.validation.results import DocumentResult, ValidationResult
@@ -19,7 +19,7 @@ SCHEMA = "mrm.validate/1"
 
 def exit_status(result: ValidationResult, *, strict: bool) -> int:
     """0 clean; 1 errors (and, with `strict`, warnings or skips); 3 nothing was checked."""
-    if result.count(Severity.ERROR) or any(r.status == "fail" for _, r in result.results()):
+    if result.count(Severity.ERROR) or any(r.status is Status.FAIL for _, r in result.results()):
         return 1
     if strict and (result.count(Severity.WARNING) or result.skipped):
         return 1
@@ -29,7 +29,7 @@ def exit_status(result: ValidationResult, *, strict: bool) -> int:
 def verdict(result: ValidationResult, *, strict: bool) -> str:
     """The last line of a text report."""
     word = {0: "PASSED", 1: "FAILED", 3: "NOTHING CHECKED"}[exit_status(result, strict=strict)]
-    reasons = Counter(f"{target}: {r.reason}" for target, r in result.results() if r.status == "skip")
+    reasons = Counter(f"{target}: {r.reason}" for target, r in result.results() if r.status is Status.SKIP)
     skipped = f"{result.skipped} skipped"
     if reasons:
         listed = [
@@ -56,7 +56,7 @@ def to_json(result: ValidationResult) -> str:
             {
                 "path": document.path,
                 "findings": [f.to_json() for f in document.findings],
-                "renderables": [asdict(r) for r in document.renderables],
+                "renderables": [r.to_json() for r in document.renderables],
             }
             for document in result.documents
         ],
@@ -99,7 +99,7 @@ def _junit_suite(suites: ET.Element, document: DocumentResult) -> None:
         cases.append((f"{found.code} {found.location}".strip(), kind, f"{found.message}\n{found.hint}"))
     for renderable in document.renderables:
         for target, r in renderable.targets.items():
-            kind = {"pass": "", "fail": "failure", "skip": "skipped"}[r.status]
+            kind = {Status.PASS: "", Status.FAIL: "failure", Status.SKIP: "skipped"}[r.status]
             cases.append((f"{renderable.name} [{target}]", kind, r.reason or (r.stage if kind else "")))
     kinds = [kind for _, kind, _ in cases]
     suite = ET.SubElement(

@@ -1,12 +1,35 @@
-"""What a validation run returns; plain data that crosses processes and turns into JSON."""
+"""Results of a validation run: plain data that crosses processes and turns into JSON."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding, Severity
+
+
+class Stage(StrEnum):
+    """The stages of a check on a target; `READ` is before any generator."""
+
+    READ = "read"
+    GENERATE = "generate"
+    COMPILE = "compile"
+    COMPARE = "compare"
+
+
+class Status(StrEnum):
+    """Verdicts, and their absence."""
+
+    PASS = "pass"
+    FAIL = "fail"
+    SKIP = "skip"
+
+    @classmethod
+    def of(cls, passed: bool) -> Status:
+        """The verdict of a comparison."""
+        return cls.PASS if passed else cls.FAIL
 
 
 @dataclass
@@ -16,15 +39,15 @@ class TargetResult:
     Attributes
     ----------
     stage
-        Last stage reached: "read" (it never got to a generator), "generate", "compile" or "compare".
+        The last one reached.
     status
-        "pass", "fail" or "skip"; a skip has a `reason`.
+        A skip has a `reason`.
     samples, max_error, median_error, tolerance, worst
         Of the comparison, where there was one; see `comparison.Comparison`.
     """
 
-    stage: str
-    status: str
+    stage: Stage
+    status: Status
     reason: str | None = None
     samples: int | None = None
     max_error: float | None = None
@@ -35,10 +58,31 @@ class TargetResult:
 
 @dataclass
 class RenderableResult:
-    """One renderable element: its path in the document, and its result per target."""
+    """One renderable element: its path in the document, and its result per target.
 
-    name: str
+    Attributes
+    ----------
+    path
+        Of the element.
+    targets
+        By the target's name.
+    switched
+        Path, in the flattened document, of the specular node whose flag was switched on for the check; "" for the
+        element as it is.
+    """
+
+    path: str
     targets: dict[str, TargetResult] = field(default_factory=dict)
+    switched: str = ""
+
+    @property
+    def name(self) -> str:
+        """What reports call it."""
+        return f"{self.path} + retroreflective {self.switched}" if self.switched else self.path
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry of a report's list of renderables."""
+        return {"name": self.name, "targets": {target: asdict(result) for target, result in self.targets.items()}}
 
 
 @dataclass
@@ -72,9 +116,9 @@ class ValidationResult:
     @property
     def checked(self) -> int:
         """Number of results that are a verdict."""
-        return sum(result.status != "skip" for _, result in self.results())
+        return sum(result.status is not Status.SKIP for _, result in self.results())
 
     @property
     def skipped(self) -> int:
         """Number of results that are not."""
-        return sum(result.status == "skip" for _, result in self.results())
+        return sum(result.status is Status.SKIP for _, result in self.results())

@@ -14,7 +14,7 @@ from mrm_mtlx.findings import rules
 from mrm_mtlx.system.text import printable, text_lines
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult, ValidationResult
+from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult, ValidationResult
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,7 +38,7 @@ def metal(repository, tmp_path):
 @pytest.fixture
 def evil() -> ValidationResult:
     """A run whose every text is hostile."""
-    skipped = TargetResult("generate", "skip", EVIL)
+    skipped = TargetResult(Stage.GENERATE, Status.SKIP, EVIL)
     document = DocumentResult(
         f"{EVIL}.mtlx", [rules.DOC_FILE.at(EVIL, EVIL)], [RenderableResult(EVIL, {"glsl": skipped})]
     )

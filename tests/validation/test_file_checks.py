@@ -12,7 +12,7 @@ from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.element import ElementCheck
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.request import Request
-from mrm_mtlx.validation.results import RenderableResult, TargetResult
+from mrm_mtlx.validation.results import RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.steps import Steps
 
 
@@ -199,9 +199,9 @@ def test_an_image_that_the_shader_alone_asks_for_is_told_beside_one_that_the_ref
     (folder / "damaged.png").write_bytes(b"\x89PNG\r\n\x1a\n")
     document = make_document(LOOK.format("damaged.png") + UNLIT.format('nodename="i"'))
 
-    def draws(_shader, images, *_: object):
+    def draws(_engine, _shader, images, *_: object):
         assert images("nowhere.png") is None
-        return {"": (TargetResult("compare", "pass"), [])}
+        return {"": (TargetResult(Stage.COMPARE, Status.PASS), [])}
 
     monkeypatch.setattr(element_module, "check_draws", draws)
     request = Request(folder / "x.mtlx", Reach.only(folder), "x.mtlx", ("glsl",), samples=16)

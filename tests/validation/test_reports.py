@@ -16,7 +16,7 @@ from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.findings.finding import Finding, Severity
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
-from mrm_mtlx.validation.results import DocumentResult, RenderableResult, TargetResult, ValidationResult
+from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult, ValidationResult
 from mrm_mtlx.validation.runner import validate
 
 WORST = {
@@ -27,9 +27,9 @@ WORST = {
     "error": 0.2,
     "tolerance": 0.1,
 }
-PASS = TargetResult("compare", "pass", None, 64, 1e-6, 1e-7, 2e-6, WORST)
-FAIL = TargetResult("compare", "fail", None, 64, 0.2, 1e-7, 0.1, WORST)
-SKIP = TargetResult("generate", "skip", "no OSL engine")
+PASS = TargetResult(Stage.COMPARE, Status.PASS, None, 64, 1e-6, 1e-7, 2e-6, WORST)
+FAIL = TargetResult(Stage.COMPARE, Status.FAIL, None, 64, 0.2, 1e-7, 0.1, WORST)
+SKIP = TargetResult(Stage.GENERATE, Status.SKIP, "no OSL engine")
 
 VERSIONS = {"mrm": "0.1.0", "materialx": "1.39.5"}
 ENGINES = {"gl": {"available": True, "renderer": "llvmpipe"}, "slang": {"available": False, "reason": "not found"}}
@@ -104,7 +104,7 @@ def test_the_verdict_counts_everything_and_names_the_reasons_of_skips():
 
 
 def test_the_verdict_names_the_commonest_reasons_and_counts_the_rest():
-    skips = [document(str(k), glsl=TargetResult("compile", "skip", f"reason {k % 6}")) for k in range(13)]
+    skips = [document(str(k), glsl=TargetResult(Stage.COMPILE, Status.SKIP, f"reason {k % 6}")) for k in range(13)]
     verdict = reports.verdict(run_of(*skips), strict=False)
     assert verdict.endswith(
         "13 skipped (3 glsl: reason 0; 2 glsl: reason 1; 2 glsl: reason 2; 2 glsl: reason 3; 2 more reasons)"
@@ -205,7 +205,7 @@ def test_a_broken_report_does_not_follow_the_schema(conforms, change):
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
 def test_numbers_that_are_not_finite_become_null(conforms, value):
     worst = {**WORST, "found": [value, 1.0, value], "error": value}
-    bad = TargetResult("compare", "fail", None, 64, value, value, 0.1, worst)
+    bad = TargetResult(Stage.COMPARE, Status.FAIL, None, 64, value, value, 0.1, worst)
     text = reports.to_json(run_of(document("a.mtlx", glsl=bad)))
     report = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
     assert conforms(report)
@@ -217,7 +217,7 @@ def test_numbers_that_are_not_finite_become_null(conforms, value):
 @pytest.mark.parametrize("text", NASTY.values(), ids=list(NASTY))
 def test_json_carries_any_text(conforms, text):
     result = run_of(document(f"x{text}.mtlx", rules.DOC_INVALID.at(text, text, text), glsl=PASS))
-    result.documents[0].renderables[0].name = text
+    result.documents[0].renderables[0].path = text
     report = json.loads(reports.to_json(result).encode("ascii"))
     assert conforms(report)
     assert report["documents"][0]["path"] == f"x{text}.mtlx"
@@ -237,8 +237,8 @@ def seen(text: str) -> str:
 def test_junit_is_xml_whatever_is_in_it(name):
     text = NASTY[name]
     failed = rules.DOC_INVALID.at(text, text, text)
-    result = run_of(document(f"x{text}.mtlx", failed, glsl=TargetResult("read", "skip", text or None)))
-    result.documents[0].renderables[0].name = text
+    result = run_of(document(f"x{text}.mtlx", failed, glsl=TargetResult(Stage.READ, Status.SKIP, text or None)))
+    result.documents[0].renderables[0].path = text
     root = ET.fromstring(reports.to_junit(result).encode("utf-8"))
     kept = seen(text)
     # XML reads every line end as one \n in text, and as a space in attributes unless it is written as a reference.
