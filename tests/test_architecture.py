@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx.engines.registry import engines
 from mrm_mtlx.findings.catalogue import RULES
+from mrm_mtlx.shadergen import TARGETS
 
 PACKAGE = Path(__file__).parents[1] / "mrm_mtlx"
 
@@ -119,3 +121,92 @@ def test_findings_are_made_of_rules() -> None:
 )
 def test_a_finding_of_a_text_is_seen(line: str) -> None:
     assert findings_from_strings(f"x = 1\n{line}\n") != []
+
+
+# The modules of engines that those above may import, and names of engines that no target has.
+SEAM = {"base", "registry"}
+ENGINE_NAMES = set(engines()) - set(TARGETS)
+
+
+def concrete_engines(source: str) -> list[int]:
+    """Lines that import the module of an engine, or tell engines apart by their names."""
+    return sorted(node.lineno for node in ast.walk(ast.parse(source)) if _imports_engine(node) or _names_engine(node))
+
+
+def _imports_engine(node: ast.AST) -> bool:
+    modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+    if isinstance(node, ast.ImportFrom) and node.module:
+        modules = [f"{node.module}.{alias.name}" for alias in node.names]
+    parts = [module.split(".") for module in modules]
+    return any(p[:2] == ["mrm_mtlx", "engines"] and len(p) > 2 and p[2] not in SEAM for p in parts)
+
+
+def _names_engine(node: ast.AST) -> bool:
+    """Whether an expression hangs on the text of an engine's name; an enumeration may have a member of that text."""
+    match node:
+        case ast.Compare(left=left, comparators=comparators):
+            sides = [left, *comparators]
+            told = any(isinstance(side, ast.Attribute) and side.attr == "name" and _is_engine(side) for side in sides)
+            return told or any(_has_name(side) for side in sides)
+        case ast.Subscript(value=ast.Call(func=called), slice=ast.Constant(value=str())):
+            return "engines" in ast.unparse(called)
+        case ast.Subscript(slice=key) | ast.MatchValue(value=key):
+            return _has_name(key)
+        case ast.Call(args=arguments):
+            return any(_has_name(argument) for argument in arguments)
+        case ast.Dict(keys=keys):
+            return any(_has_name(key) for key in keys if key is not None)
+    return False
+
+
+def _is_engine(side: ast.Attribute) -> bool:
+    return isinstance(side.value, ast.Name) and side.value.id == "engine"
+
+
+def _has_name(node: ast.AST) -> bool:
+    """Whether a text, or one of several, is the name of an engine."""
+    return any(isinstance(part, ast.Constant) and part.value in ENGINE_NAMES for part in _items(node))
+
+
+def _items(node: ast.AST) -> list[ast.expr]:
+    return list(node.elts) if isinstance(node, ast.Tuple | ast.List | ast.Set) else [node]
+
+
+def test_nothing_above_the_engines_names_one() -> None:
+    sources = [path for path in PACKAGE.rglob("*.py") if path.relative_to(PACKAGE).parts[0] != "engines"]
+    wrong = {str(path): concrete_engines(path.read_text(encoding="utf-8")) for path in sources}
+    assert {path: lines for path, lines in wrong.items() if lines} == {}
+
+
+@pytest.mark.parametrize(
+    "planted",
+    [
+        "from mrm_mtlx.engines import gl",
+        "from mrm_mtlx.engines.osl.process import runtime",
+        "def late():\n    import mrm_mtlx.engines.slang",
+        'if engine == "cycles": pass',
+        'if engine.name != "slang": pass',
+        'if name in ("gl", "metal"): pass',
+        'registry.engines()["osl"]',
+        'states["gl"].available',
+        'choose("cycles")',
+        'match engine:\n    case "gl": pass',
+        '{"gl": draw, "osl": trace}',
+    ],
+)
+def test_an_engine_that_is_named_is_seen(planted: str) -> None:
+    assert concrete_engines(planted)
+
+
+@pytest.mark.parametrize(
+    "allowed",
+    [
+        "from mrm_mtlx.engines import base, registry",
+        "from mrm_mtlx.engines.base import Engine",
+        'class Mode(StrEnum):\n    CYCLES = "cycles"',
+        'if target == "osl": pass',
+        'registry.engine_for("glsl")',
+    ],
+)
+def test_targets_and_the_seam_are_no_engines(allowed: str) -> None:
+    assert concrete_engines(allowed) == []
