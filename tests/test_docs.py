@@ -49,7 +49,7 @@ ELSEWHERE = {
 # suits a test), or a reason in parentheses why it is not run here.
 COMMANDS = {
     "mrm fit --classes -o materials_classes": "(takes half a minute; tests/measured/test_classes.py fits two again)",
-    "mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --colour red": (
+    "mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --color red": (
         "(tests/measured/test_classes.py measures each)"
     ),
     "python -m tools.make_docs classes.md images/classes.png": "(tests/fitting/test_classes.py makes the page)",

@@ -45,7 +45,7 @@ made by
 
 from the minima that `mrm photometry --list` prints. To check one:
 
-    mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --colour red
+    mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --color red
 
 The tables below are made from the documents:
 

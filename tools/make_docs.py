@@ -50,7 +50,7 @@ FIGURES = {
     "figures/figure2.svg": "--figure 2 -o {file}",
     "figures/figure4.svg": "--figure 4 -o {file}",
 }
-_R_A = "photometry materials/conspicuity_tape_white.mtlx --class DOT-C2 --colour white --plot {file}"
+_R_A = "photometry materials/conspicuity_tape_white.mtlx --class DOT-C2 --color white --plot {file}"
 PICTURES = ("compare.png", "materials.png", "gltf.png", "osl.png")
 _PICTURES = Product(("-m", "tools.pictures", "-o", "{folder}"), minutes=True)
 PRODUCTS = {

@@ -39,8 +39,16 @@ class NoReferenceError(DocumentError):
     """The reference does not evaluate what a surface is made of."""
 
 
+class NoValueError(DocumentError):
+    """A surface has no finite value for one of the directions that are asked for."""
+
+
 class ShaderError(DocumentError):
     """A generator or a compiler refuses a surface."""
+
+
+class NothingToConvertError(DocumentError):
+    """A document has nothing that a format can say."""
 
 
 class DataError(MrmError):

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from mrm_mtlx.api.errors import MrmError
     from mrm_mtlx.findings.finding import Finding
 
 
@@ -23,8 +24,8 @@ class Listener:
     def image_findings(self, found: Sequence[Finding]) -> None:
         """Take what is wrong with images, which is known once they are read."""
 
-    def not_measured(self, path: str, reason: str) -> None:
-        """Take the path, as reports show it, of a document that is left out, and why; "" if its findings say it."""
+    def not_measured(self, path: str, error: MrmError) -> None:
+        """Take the path, as reports show it, of a document that is left out of a measurement, and why."""
 
     def progress(self, finished: int, total: int) -> None:
         """Take how many parts of the work are finished, of all."""

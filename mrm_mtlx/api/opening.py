@@ -29,7 +29,7 @@ LibraryName: TypeAlias = Literal["mrm", "upstream"]
 PathLike: TypeAlias = str | os.PathLike[str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OpenDocument:
     """A document that was read and checked. Its elements live as long as it is held.
 
@@ -118,13 +118,12 @@ class OpenSurface:
     owner: OpenDocument = field(repr=False)
 
     def refuse_missing_images(self, listener: Listener = SILENT) -> None:
-        """Raise a DocumentError if an image could not be read, and free the others."""
+        """Raise a DocumentError if an image could not be read."""
         problems = self.images.findings
         if problems:
             listener.image_findings(problems)
             msg = "; ".join(found.message for found in problems)
             raise DocumentError(msg, (*self.owner.findings, *problems))
-        self.images.release()
 
 
 def open_document(
@@ -175,6 +174,33 @@ def open_document(
     if imported is None:
         raise DocumentError(_first(path, findings), findings)
     return _chosen(path, imported, findings, data, element)
+
+
+def documents_of(
+    paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument],
+) -> list[Path | OpenDocument]:
+    """Each document once, those of folders in order.
+
+    Raises
+    ------
+    ArgumentError
+        If none is named.
+    """
+    from mrm_mtlx.validation.runner import documents_of
+
+    found: list[Path | OpenDocument] = []
+    for path in _several(paths):
+        found += documents_of(path) if isinstance(path, Path) and path.is_dir() else [path]
+    if not found and not paths:
+        msg = "expected a document"
+        raise ArgumentError(msg, "paths")
+    return list(dict.fromkeys(found))
+
+
+def _several(paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument]) -> list[Path | OpenDocument]:
+    """Paths as a list, of one or more."""
+    listed = [paths] if isinstance(paths, str | os.PathLike | OpenDocument) else paths
+    return [one if isinstance(one, OpenDocument) else Path(one) for one in listed]
 
 
 def _folders(root: Sequence[PathLike]) -> tuple[Path, ...]:

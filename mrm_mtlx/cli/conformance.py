@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, Output, Samples, Seed, TableFormat, Targets
+from mrm_mtlx.cli.choices import Implementation, TableFormat
+from mrm_mtlx.cli.options import Library, Output, Samples, Seed, Targets
 from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:

@@ -2,42 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
-from mrm_mtlx.cli.options import Roots, Timeout, refuse_missing_folder
+from mrm_mtlx.cli import errors
+from mrm_mtlx.cli.choices import FormatName
+from mrm_mtlx.cli.options import Roots, Timeout
+from mrm_mtlx.system.arguments import ArgumentError, refuse
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
-
-if TYPE_CHECKING:
-    from mrm_mtlx.cli.openmaterial import Options
-    from mrm_mtlx.findings.finding import Finding
-
-
-class FormatName(StrEnum):
-    """Formats that a file of any ending may have."""
-
-    OPENMATERIAL = "openmaterial"
-
-
-# The ending of OpenMATERIAL's files; the other formats are in the table of `formats.registry`.
-OPENMATERIAL_SUFFIX = ".json"
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command()(convert)
+    errors.register(app, convert)
 
 
 def convert(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="A document, or a file of another format.")],
-    written: Annotated[
+    output: Annotated[
         Path | None, typer.Argument(metavar="OUTPUT", help="What to write; its ending names the format.")
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The same as OUTPUT.")] = None,
+    option: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The same as OUTPUT.")] = None,
     to: Annotated[FormatName | None, typer.Option("--to", help="The format, whatever the ending.")] = None,
     into: Annotated[
         Path | None, typer.Option("--into", metavar="FILE", help="An OpenMATERIAL file whose other data are kept.")
@@ -67,76 +54,23 @@ def convert(
 ) -> None:
     """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it."""
     del timeout  # its option has handed it on
-    from mrm_mtlx.cli import openmaterial
+    import mrm_mtlx as mrm
+    from mrm_mtlx.cli.console import Terminal
 
-    if written is not None and output is not None:
-        raise typer.BadParameter(f"{written} is to be written already", param_hint="--output")
-    output = written or output
-    options = openmaterial.Options(into, at, compare, observation, entrance, element)
+    if output is not None and option is not None:
+        raise ArgumentError(f"{output} is to be written already", "option")
+    output = output or option
+    shared: dict[str, Any] = {
+        "observation": observation, "entrance": entrance, "element": element, "root": root or (),
+        "listener": Terminal(),
+    }  # fmt: skip
     if compare is not None:
-        of_writing = {"--output": output, "--to": to, "--into": into, "--at": at, "--force": force or None}
-        for name, value in of_writing.items():
-            if value is not None:
-                raise typer.BadParameter("not with --compare, which writes nothing", param_hint=name)
-        openmaterial.convert(path, None, options, root)
-        return
+        of_writing = {"option": output, "to": to, "into": into, "at": at, "force": force}
+        refuse(of_writing, "not with --compare, which writes nothing")
+        found = mrm.compare_openmaterial(path, compare, **shared)
+        typer.echo(found)
+        raise typer.Exit(0 if found.equal else 1)
     if output is None:
-        raise typer.BadParameter("expected a file to write, or --compare", param_hint="OUTPUT")
-    refuse_missing_folder(output, "OUTPUT")
-    if to is FormatName.OPENMATERIAL or output.suffix.lower() == OPENMATERIAL_SUFFIX:
-        if force:
-            raise typer.BadParameter("this format has no files beside OUTPUT, which is replaced", param_hint="--force")
-        openmaterial.convert(path, output, options, root)
-    else:
-        _refuse(options)
-        _translate(path, output, root, force=force)
-
-
-def _refuse(options: Options) -> None:
-    """Options that are for OpenMATERIAL alone."""
-    for name, value in options._asdict().items():
-        if value is not None:
-            raise typer.BadParameter(f"only for {OPENMATERIAL_SUFFIX}, OpenMATERIAL", param_hint=f"--{name}")
-
-
-def _translate(path: Path, output: Path, roots: list[Path] | None, *, force: bool) -> None:
-    """Read a file of one format, write one of another; what is lost goes to stderr."""
-    from mrm_mtlx.cli.documents import open_document, print_findings
-    from mrm_mtlx.documents.document import NothingToWriteError, ReadError
-    from mrm_mtlx.findings.finding import Severity
-    from mrm_mtlx.formats.registry import DOCUMENT, SUFFIXES, format_of
-    from mrm_mtlx.library import load_library
-
-    form, source = format_of(output), format_of(path) or DOCUMENT
-    if form is None:
-        expected = f"expected a name that ends in {', '.join((*SUFFIXES, OPENMATERIAL_SUFFIX))}, or --to"
-        raise typer.BadParameter(f"{output}: {expected}", param_hint="OUTPUT")
-    if output.exists() and path.exists() and output.samefile(path):
-        raise typer.BadParameter(f"{output} is the file to be read", param_hint="OUTPUT")
-    if form is source:
-        raise typer.BadParameter(f"{path} is {form.name} already", param_hint="OUTPUT")
-    library = load_library()
-    opened = open_document(path, library, None, roots)
-
-    def said(findings: list[Finding]) -> list[Finding]:
-        found = [replace(found, location=opened.imported.source_location(found.location)) for found in findings]
-        print_findings(found)
-        return found
-
-    try:
-        findings = said(form.write(opened.imported, output, library, force=force))
-    except ReadError as error:
-        said([error.finding])
-        raise typer.Exit(1) from error
-    except NothingToWriteError as error:
-        said(error.findings)
-        typer.echo(f"mrm: {path}: {error}", err=True)
-        raise typer.Exit(1) from error
-    except ValueError as error:
-        raise typer.BadParameter(f"{path}: {error}", param_hint="PATH") from error
-    except OSError as error:
-        message = f"{output} cannot be written: {error.strerror}"
-        raise typer.BadParameter(message, param_hint="OUTPUT") from error
-    typer.echo(f"wrote {output}", err=True)
-    if any(found.severity is Severity.ERROR for found in findings):
-        raise typer.Exit(1)
+        raise ArgumentError("expected a file to write, or --compare", "output")
+    written = mrm.convert(path, output, to=to.value if to else None, into=into, at=at, force=force, **shared)
+    raise typer.Exit(0 if written.complete else 1)

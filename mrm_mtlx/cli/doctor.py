@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import TableFormat
+from mrm_mtlx.cli.choices import TableFormat
 
 if TYPE_CHECKING:
     from mrm_mtlx.engines.base import Availability

@@ -7,14 +7,15 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Timeout
+from mrm_mtlx.cli import errors
+from mrm_mtlx.cli.choices import Implementation, OslModeName
+from mrm_mtlx.cli.options import Library, Roots, Timeout
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
-from mrm_mtlx.system.text import printable
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command()(generate)
+    errors.register(app, generate)
 
 
 def generate(
@@ -35,41 +36,18 @@ def generate(
 ) -> None:
     """Print the generated source of a document's surfaces, or write it to files."""
     del timeout  # its option has handed it on
-    from mrm_mtlx.cli.documents import open_document
-    from mrm_mtlx.cli.options import chosen_targets
-    from mrm_mtlx.library import Origin, load_library
-    from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode, available_targets
-    from mrm_mtlx.shadergen import generate as generate_shader
+    import mrm_mtlx as mrm
+    from mrm_mtlx.cli.console import Terminal
 
-    chosen_targets([target], available_targets())
-    data = load_library(Origin(library.value))
-    opened = open_document(path, data, element, root)
-    sources: dict[str, str] = {}
-    for renderable in opened.elements:
-        try:
-            shader = generate_shader(renderable, target, data, OslMode(osl_mode.value))
-        except GenerationError as error:
-            typer.echo(printable(f"error SHADER_GENERATE /{renderable.getNamePath()}: {error}"), err=True)
-            raise typer.Exit(1) from error
-        for stage, suffix in TARGETS[target].suffixes.items():
-            if output is None:
-                typer.echo(shader.sources[stage])
-                continue
-            sources[f"{renderable.getNamePath().replace('/', '_')}{suffix}"] = shader.sources[stage]
-    if output is not None:
-        _write(sources, output)
-
-
-def _write(sources: dict[str, str], folder: Path) -> None:
-    """Write files into a folder, which is made, all or none."""
-    from mrm_mtlx.system.writing import FileSet
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with FileSet(folder) as files:
-            for name, source in sources.items():
-                files.named(folder / name).write_text(source, encoding="utf-8")
-    except OSError as error:
-        raise typer.BadParameter(f"{folder} cannot be written: {error.strerror}", param_hint="--output") from error
-    for name in sources:
-        typer.echo(f"wrote {folder / name}", err=True)
+    found = mrm.generate(
+        path,
+        target=target,
+        element=element,
+        output=output,
+        osl_mode=osl_mode.value,
+        library=library.value,
+        root=root or (),
+        listener=Terminal(),
+    )
+    if output is None:
+        typer.echo(found)

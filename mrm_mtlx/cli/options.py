@@ -2,45 +2,13 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
 import typer
 
+from mrm_mtlx.cli.choices import Implementation
 from mrm_mtlx.system import child
-
-
-class Format(StrEnum):
-    """Report formats."""
-
-    TEXT = "text"
-    JSON = "json"
-    JUNIT = "junit"
-    GITHUB = "github"
-
-
-class TableFormat(StrEnum):
-    """Formats of commands that print one table."""
-
-    TEXT = "text"
-    JSON = "json"
-
-
-class Implementation(StrEnum):
-    """Whose implementation of the flag is used; the values of library.Origin, without importing MaterialX."""
-
-    MRM = "mrm"
-    UPSTREAM = "upstream"
-
-
-class OslModeName(StrEnum):
-    """How OSL makes a retroreflective lobe; the values of shadergen.OslMode, without importing MaterialX."""
-
-    ALIGNED = "aligned"
-    CYCLES = "cycles"
-    KEYWORD = "keyword"
-
 
 Targets: TypeAlias = Annotated[
     list[str] | None, typer.Option("--target", metavar="NAME", help="Shading language; repeatable. Default: all.")

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Implementation, Library, OslModeName, Roots, Seed, Timeout, refuse_missing_folder
+from mrm_mtlx.cli.choices import Implementation, OslModeName
+from mrm_mtlx.cli.options import Library, Roots, Seed, Timeout, refuse_missing_folder
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 from mrm_mtlx.system.text import printable
 

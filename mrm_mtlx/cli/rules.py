@@ -6,10 +6,12 @@ from typing import Annotated
 
 import typer
 
+from mrm_mtlx.cli import errors
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command()(rules)
+    errors.register(app, rules)
 
 
 def rules(
@@ -17,16 +19,6 @@ def rules(
     markdown: Annotated[bool, typer.Option("--markdown", help="Print docs/rules.md.")] = False,
 ) -> None:
     """List the rules, or explain those whose code starts with CODE."""
-    from mrm_mtlx.findings import pages
-    from mrm_mtlx.findings.catalogue import RULES, all_rules, rules_from
+    import mrm_mtlx as mrm
 
-    if markdown:
-        typer.echo(pages.markdown_page(RULES.values()))
-        return
-    if code is None:
-        typer.echo(pages.table(all_rules().values()))
-        return
-    found = rules_from(code.upper())
-    if not found:
-        raise typer.BadParameter(f"no rule starts with '{code}'; `mrm rules` lists them", param_hint="CODE")
-    typer.echo("\n\n".join(pages.page(rule) for rule in found))
+    typer.echo(mrm.rules_page() if markdown else mrm.rules(code))

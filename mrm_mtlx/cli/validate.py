@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrm_mtlx.cli.options import Format, Implementation, Library, Output, Roots, Samples, Seed, Targets
+from mrm_mtlx.cli.choices import Format, Implementation
+from mrm_mtlx.cli.options import Library, Output, Roots, Samples, Seed, Targets
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 from mrm_mtlx.system.text import printable
 from mrm_mtlx.validation.results import Stage, Status

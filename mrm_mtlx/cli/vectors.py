@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from mrm_mtlx.cli import errors
+from mrm_mtlx.cli.choices import VectorFormat
 from mrm_mtlx.cli.options import Output
-
-
-class VectorFormat(StrEnum):
-    """Forms of the table."""
-
-    TEXT = "text"
-    JSON = "json"
-    CSV = "csv"
 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command()(vectors)
+    errors.register(app, vectors)
 
 
 def vectors(
@@ -34,73 +24,9 @@ def vectors(
 
     docs/model.md explains them.
     """
-    from mrm_mtlx import __version__
-    from mrm_mtlx.bsdf.testvectors import SCHEMA, rows
+    import mrm_mtlx as mrm
     from mrm_mtlx.cli.options import write_report
 
-    table = rows()
-    if form is VectorFormat.JSON:
-        lines = ",\n".join("    " + json.dumps(row) for row in table)
-        versions = json.dumps({"mrm": __version__})
-        write_report(
-            f'{{\n  "schema": "{SCHEMA}",\n  "versions": {versions},\n  "vectors": [\n{lines}\n  ]\n}}', output
-        )
-    elif form is VectorFormat.CSV:
-        write_report(as_csv(table), output)
-    else:
-        write_report(as_text(table), output)
-
-
-def as_csv(table: list[dict[str, Any]]) -> str:
-    """One column per number: a vector or colour gives three, `v_x`, `f_r`; a width two, `alpha_x`."""
-    flat = [_flat(row) for row in table]
-    columns = list(dict.fromkeys(name for row in flat for name in row))
-    # Directions and values last, whichever row has a parameter first.
-    columns.sort(key=lambda name: name.partition("_")[0] in {"theta", "phi", "v", "l", "f", "pdf", "albedo"})
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(flat)
-    return text.getvalue().rstrip("\n")
-
-
-def _flat(row: dict[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, value in row.items():
-        if isinstance(value, bool):
-            found[name] = str(value).lower()
-        elif isinstance(value, list):
-            axes = "xyz" if name in {"alpha", "v", "l"} else "rgb"
-            found |= {f"{name}_{axis}": number for axis, number in zip(axes, value, strict=False)}
-        elif name in _COLORS:
-            found |= {f"{name}_{channel}": value for channel in "rgb"}
-        else:
-            found[name] = value
-    return found
-
-
-# Parameters that are colours, also where a number stands for a grey one.
-_COLORS = ("tint", "color0", "color82", "color90", "extinction")
-
-
-def as_text(table: list[dict[str, Any]]) -> str:
-    """One block per case, a line per pair of directions."""
-    lines: list[str] = []
-    previous = None
-    for row in table:
-        if row["case"] != previous:
-            previous = row["case"]
-            shown = ", ".join(f"{name}={_brief(value)}" for name, value in row.items() if name not in _SHOWN)
-            lines += ["", f"{previous}:", f"  {shown}", _HEADER]
-        angles = " ".join(f"{row[k]:8.1f}" for k in ("theta_v_deg", "phi_v_deg", "theta_l_deg", "phi_l_deg"))
-        f = " ".join(f"{x:<12.6g}" for x in row["f"])
-        lines.append(f" {angles}   {f}{row['pdf']:<14.6g}{' '.join(f'{x:.3f}' for x in row['albedo'])}")
-    return "\n".join(lines[1:])
-
-
-_HEADER = "  theta_v    phi_v  theta_l    phi_l   f [1/sr]                              pdf [1/sr]    albedo"
-_SHOWN = ("case", "theta_v_deg", "phi_v_deg", "theta_l_deg", "phi_l_deg", "v", "l", "f", "pdf", "albedo")
-
-
-def _brief(value: Any) -> str:
-    return f"({', '.join(f'{x:g}' for x in value)})" if isinstance(value, list) else str(value)
+    found = mrm.vectors()
+    forms = {VectorFormat.JSON: found.to_json, VectorFormat.CSV: found.to_csv, VectorFormat.TEXT: found.report}
+    write_report(forms[form](), output)

@@ -29,7 +29,7 @@ def plural(count: int, name: str) -> str:
     return f"{count} {name}{'' if count == 1 else 's'}"
 
 
-@dataclass
+@dataclass(frozen=True)
 class DocumentReport:
     """What was measured of a document.
 
@@ -38,14 +38,22 @@ class DocumentReport:
     path
         As it is shown.
     surfaces
-        By name.
-    status
-        Exit status of what went wrong, and was said on stderr; 0 if nothing did.
+        By name; empty if it is left out.
+    reason
+        Why it is left out, "" if it is not.
+    broken
+        Whether that is because it is wrong, not because the reference does not know what it uses.
     """
 
     path: str
     surfaces: dict[str, SurfaceReport] = field(default_factory=dict)
-    status: int = 0
+    reason: str = ""
+    broken: bool = False
+
+    @property
+    def left_out(self) -> bool:
+        """Whether it could not be measured."""
+        return bool(self.reason)
 
 
 def to_json(
@@ -66,7 +74,7 @@ def to_json(
         "documents": [
             {
                 "path": document.path,
-                "measured": not document.status,
+                "measured": not document.left_out,
                 "surfaces": [_surface_json(name, report, limits) for name, report in document.surfaces.items()],
             }
             for document in documents
@@ -75,7 +83,7 @@ def to_json(
             "surfaces": len(reports),
             "limits": len(limited),
             "met": sum(cell.met for cell in limited),
-            "not_measured": sum(document.status != 0 for document in documents),
+            "not_measured": sum(document.left_out for document in documents),
             "passed": passed,
         },
     }

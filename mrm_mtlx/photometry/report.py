@@ -16,6 +16,7 @@ from mrm_mtlx.photometry.coefficients import (
     retroreflected_fraction,
 )
 from mrm_mtlx.standards.tables import boxes
+from mrm_mtlx.system.arguments import ArgumentError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -200,16 +201,16 @@ def values(
 
 
 def check_sizes(limits: Sequence[Limit], options: PhotometryOptions) -> None:
-    """Raise ValueError if a minimum needs a size that the options lack, or none needs one that they have."""
+    """Raise an ArgumentError if a minimum needs a size that the options lack, or none needs one that they have."""
     quantities = {limit.quantity for limit in limits}
     for limit in limits:
         _scale(limit.quantity, limit.unit, options)
     if options.area_cm2 is not None and not quantities & {"R_I", "R_I/r"}:
         msg = "an area is for limits of intensity (R_I); R_A and R_L are of the material, whatever its size"
-        raise ValueError(msg)
+        raise ArgumentError(msg)
     if options.radius_cm is not None and "R_I/r" not in quantities:
         msg = "a radius is for strips on tyres and rims (R_I/r) alone"
-        raise ValueError(msg)
+        raise ArgumentError(msg)
 
 
 def _scale(quantity: str, unit: str, options: PhotometryOptions) -> float:
@@ -217,14 +218,14 @@ def _scale(quantity: str, unit: str, options: PhotometryOptions) -> float:
     if quantity in ("R_A", "R_L"):
         return 1.0
     if options.area_cm2 is None:
-        msg = f"{quantity} [{unit}] is of a whole reflector: give its area, --area CM2"
-        raise ValueError(msg)
+        msg = f"{quantity} [{unit}] is of a whole reflector: give its area, `area` CM2"
+        raise ArgumentError(msg)
     area = 1e-4 * options.area_cm2
     if quantity == "R_I":
         return area * (1000.0 if unit == "mcd/lx" else _LUX_PER_FOOTCANDLE)
     if options.radius_cm is None:
-        msg = f"{quantity} [{unit}] is of a whole strip over its inner radius: give that, --radius CM"
-        raise ValueError(msg)
+        msg = f"{quantity} [{unit}] is of a whole strip over its inner radius: give that, `radius` CM"
+        raise ArgumentError(msg)
     return area / (0.01 * options.radius_cm)
 
 

@@ -28,7 +28,7 @@ _STEEPEST_DEG = 70.0
 
 @dataclass(frozen=True)
 class Series:
-    """One curve, and the minima that lie on it.
+    """One curve, and the marks that lie on it.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Series:
         The angle that stands still.
     angle_deg, value : shape (n,)
     limit_deg, limit : shape (k,)
-        Angles and values of the minima; empty where there are none.
+        Angles and values of the marks; empty where there are none.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Panel:
+class CoefficientPanel:
     """Curves against one angle.
 
     Attributes
@@ -68,8 +68,19 @@ class Panel:
     series: list[Series]
 
 
-def panels(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> list[Panel]:
-    """Curves against the observation angle and against the entrance angle, through the geometries of a class.
+@dataclass(frozen=True)
+class Mark:
+    """A value that is drawn beside the curves, in its geometry [degrees]: a minimum, or what was measured."""
+
+    observation_deg: float
+    entrance_deg: float
+    beta1_deg: float
+    beta2_deg: float
+    value: float
+
+
+def class_panels(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> list[CoefficientPanel]:
+    """Curves through the geometries of a class, with its minima; of no class, of R_A at an even choice of angles.
 
     Parameters
     ----------
@@ -82,44 +93,58 @@ def panels(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> l
         As `photometry.report.values`.
     """
     quantity, unit = (limits[0].quantity, limits[0].unit) if limits else ("R_A", "cd/lx/m2")
+    marks = [Mark(c.observation_deg, c.entrance_deg, c.beta1_deg, c.beta2_deg, c.minimum) for c in limits]
+    return panels(brdf, marks, options, quantity, unit)
+
+
+def panels(
+    brdf: Brdf, marks: Sequence[Mark], options: PhotometryOptions, quantity: str = "R_A", unit: str = "cd/lx/m2"
+) -> list[CoefficientPanel]:
+    """Curves against the observation angle and against the entrance angle, through the geometries of the marks.
+
+    Raises
+    ------
+    ValueError
+        As `photometry.report.values`.
+    """
 
     def of(observation: Array, beta1: Array, beta2: Array) -> Array:
         return values(brdf, quantity, unit, np.deg2rad(observation), np.deg2rad(beta1), np.deg2rad(beta2), options)
 
-    return [_by_observation(of, quantity, unit, limits), _by_entrance(of, quantity, unit, limits)]
+    return [_by_observation(of, quantity, unit, marks), _by_entrance(of, quantity, unit, marks)]
 
 
-def _by_observation(of: Callable[..., Array], quantity: str, unit: str, limits: Sequence[Limit]) -> Panel:
-    ordered = sorted(limits, key=lambda limit: limit.entrance_deg)
-    entrances = list(dict.fromkeys((limit.beta1_deg, limit.beta2_deg) for limit in ordered)) or _ENTRANCES_DEG
-    last = max(_LAST_DEG, *(1.25 * limit.observation_deg for limit in limits), 0.0)
+def _by_observation(of: Callable[..., Array], quantity: str, unit: str, marks: Sequence[Mark]) -> CoefficientPanel:
+    ordered = sorted(marks, key=lambda mark: mark.entrance_deg)
+    entrances = list(dict.fromkeys((mark.beta1_deg, mark.beta2_deg) for mark in ordered)) or _ENTRANCES_DEG
+    last = max(_LAST_DEG, *(1.25 * mark.observation_deg for mark in marks), 0.0)
     angle = np.geomspace(_FIRST_DEG, last, 120)
     found = []
     for beta1, beta2 in entrances:
-        there = [limit for limit in limits if (limit.beta1_deg, limit.beta2_deg) == (beta1, beta2)]
+        there = [mark for mark in marks if (mark.beta1_deg, mark.beta2_deg) == (beta1, beta2)]
         name = f"{beta1:g}°".replace("-", "−") if beta2 == 0.0 else f"across {beta2:g}°"
         value = of(angle, np.full_like(angle, beta1), np.full_like(angle, beta2))
-        found.append(Series(name, angle, value, *_marks([(c.observation_deg, c.minimum) for c in there])))
-    return Panel("observation", False, quantity, unit, found)
+        found.append(Series(name, angle, value, *_points([(mark.observation_deg, mark.value) for mark in there])))
+    return CoefficientPanel("observation", False, quantity, unit, found)
 
 
-def _by_entrance(of: Callable[..., Array], quantity: str, unit: str, limits: Sequence[Limit]) -> Panel:
+def _by_entrance(of: Callable[..., Array], quantity: str, unit: str, marks: Sequence[Mark]) -> CoefficientPanel:
     """Along beta1; of a reflector that is turned left and right, along beta2."""
-    across = any(limit.beta2_deg for limit in limits)
-    observations = sorted({limit.observation_deg for limit in limits}) or _OBSERVATIONS_DEG
-    along = [limit for limit in limits if not (across and limit.beta1_deg)]
-    reach = 90.0 if any(limit.entrance_deg > _STEEPEST_DEG for limit in along) else _STEEPEST_DEG
+    across = any(mark.beta2_deg for mark in marks)
+    observations = sorted({mark.observation_deg for mark in marks}) or _OBSERVATIONS_DEG
+    along = [mark for mark in marks if not (across and mark.beta1_deg)]
+    reach = 90.0 if any(mark.entrance_deg > _STEEPEST_DEG for mark in along) else _STEEPEST_DEG
     # A smooth surface mirrors towards the receiver near 0: fine steps there.
     angle = np.unique(np.concatenate([np.linspace(-10.0, reach, 161), np.linspace(-3.0, 3.0, 121)]))
     zero, found = np.zeros_like(angle), []
     for observation in observations:
-        there = [limit for limit in along if limit.observation_deg == observation]
+        there = [mark for mark in along if mark.observation_deg == observation]
         value = of(np.full_like(angle, observation), *((zero, angle) if across else (angle, zero)))
-        marks = _marks([(c.beta2_deg if across else c.beta1_deg, c.minimum) for c in there])
-        found.append(Series(f"{observation:g}°", angle, value, *marks))
-    return Panel("entrance", across, quantity, unit, found)
+        points = _points([(mark.beta2_deg if across else mark.beta1_deg, mark.value) for mark in there])
+        found.append(Series(f"{observation:g}°", angle, value, *points))
+    return CoefficientPanel("entrance", across, quantity, unit, found)
 
 
-def _marks(points: list[tuple[float, float]]) -> tuple[Array, Array]:
+def _points(points: list[tuple[float, float]]) -> tuple[Array, Array]:
     array = np.array(sorted(points)).reshape(-1, 2)
     return array[:, 0], array[:, 1]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from mrm_mtlx.plots.coefficients import Panel
+    from mrm_mtlx.plots.coefficients import CoefficientPanel
 
 # Decades below the highest value that are shown at most, unless a minimum lies deeper.
 _DECADES = 4
@@ -26,7 +26,7 @@ _MARK: dict[str, Any] = {"marker": "^", "markersize": 4, "linestyle": "none", "m
 _SYMBOLS = {"R_A": "R_A", "R_L": "R_L", "R_I": "R_I", "R_I/r": "R_I/r"}
 
 
-def picture(panels: Sequence[Panel], mark: str = "minimum") -> Figure:
+def picture(panels: Sequence[CoefficientPanel], mark: str = "minimum") -> Figure:
     """A plot per panel, one under the other; triangles are minima, which the curve of their colour has to be above.
 
     `mark` is what the triangles are called.
@@ -38,7 +38,7 @@ def picture(panels: Sequence[Panel], mark: str = "minimum") -> Figure:
         return figure
 
 
-def _draw(axes: Axes, panel: Panel, mark: str) -> None:
+def _draw(axes: Axes, panel: CoefficientPanel, mark: str) -> None:
     for i, series in enumerate(panel.series):
         # Of more angles than there are colours, they are used again.
         color, dashes = style.COLORS[i % len(style.COLORS)], style.DASHES[i % len(style.DASHES)]
@@ -64,7 +64,7 @@ def _draw(axes: Axes, panel: Panel, mark: str) -> None:
         axes.legend(handles=handles, title="observation", title_fontsize=7, loc="best", ncols=1 + len(handles) // 4)
 
 
-def _value_axis(axes: Axes, panel: Panel) -> None:
+def _value_axis(axes: Axes, panel: CoefficientPanel) -> None:
     """A logarithmic axis from below the lowest minimum to above the highest value."""
     every = np.concatenate([part for s in panel.series for part in (s.value, s.limit)])
     limits = np.concatenate([series.limit for series in panel.series])

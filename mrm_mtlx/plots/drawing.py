@@ -141,14 +141,20 @@ def save(figure: Figure, path: Path) -> None:
         msg = f"{path}: expected a name that ends in {', '.join(style.SUFFIXES)}"
         raise ValueError(msg)
     try:
-        content = io.BytesIO()  # matplotlib leaves files open that it cannot write to
-        with mpl.rc_context(style.SETTINGS):
-            figure.savefig(content, format=suffix[1:], metadata=style.METADATA[suffix])
+        content = encoded(figure, suffix)  # matplotlib leaves files open that it cannot write to
         with replacing(path) as unfinished:
-            unfinished.write_bytes(content.getvalue())
+            unfinished.write_bytes(content)
     except OSError as error:
         msg = f"{path} cannot be written: {error.strerror or error}"
         raise ValueError(msg) from error
+
+
+def encoded(figure: Figure, suffix: str) -> bytes:
+    """A picture as the content of a file with one of `style.SUFFIXES`."""
+    content = io.BytesIO()
+    with mpl.rc_context(style.SETTINGS):
+        figure.savefig(content, format=suffix[1:], metadata=style.METADATA[suffix])
+    return content.getvalue()
 
 
 def _lines(curves: Sequence[Curve]) -> dict[tuple[str, str], dict[str, Any]]:

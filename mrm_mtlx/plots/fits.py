@@ -13,12 +13,11 @@ from mrm_mtlx.photometry.report import PhotometryOptions
 from mrm_mtlx.plots import coefficients
 from mrm_mtlx.plots.documents import surface_curve
 from mrm_mtlx.plots.paper import Panel
-from mrm_mtlx.standards import Limit
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.measured import CoefficientSamples, Measurement
-    from mrm_mtlx.plots.coefficients import Panel as CoefficientPanel
+    from mrm_mtlx.plots.coefficients import CoefficientPanel
     from mrm_mtlx.reference import Surface
 
 # View angles that are drawn [rad]: beyond, noise is divided by the cosine.
@@ -79,7 +78,7 @@ def coefficient_panels(measured: CoefficientSamples, surface: Surface) -> list[C
     """The document's R_A against observation and entrance angle, with what was given."""
     degrees = np.rad2deg([measured.observation, measured.beta1, measured.beta2]).round(9).T
     given = [
-        Limit("", "", "", "", float(o), float(b1), float(b1), float(b2), "R_A", "cd/lx/m2", float(ra), "", "")
+        coefficients.Mark(float(o), float(b1), float(b1), float(b2), float(ra))
         for (o, b1, b2), ra in zip(degrees, measured.ra, strict=True)
     ]
     return coefficients.panels(surface_brdf(surface), given, PhotometryOptions(rotations_deg=(0.0,)))

@@ -6,7 +6,13 @@ Lambert red. Lines that share a picture also differ in their dashes.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx.system.arguments import ArgumentError
+from mrm_mtlx.system.writing import check_folder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 # Width of a column [inch], 8.5 cm, and the smallest letters in it [pt].
 COLUMN = 8.5 / 2.54
@@ -70,3 +76,11 @@ SUFFIXES = tuple(METADATA)
 # As many names and variants as there are colours and dashes to tell them apart.
 MAXIMUM_NAMES = len(COLORS)
 MAXIMUM_VARIANTS = len(DASHES)
+
+
+def check_picture(path: Path, argument: str = "output") -> None:
+    """Raise an ArgumentError for a picture whose name or folder will not do, before anything is evaluated."""
+    if path.suffix.lower() not in SUFFIXES:
+        msg = f"{path}: expected a name that ends in {', '.join(SUFFIXES)}"
+        raise ArgumentError(msg, argument)
+    check_folder(path, argument)

@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from mrm_mtlx.system.arguments import ArgumentError
+
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from mrm_mtlx.bsdf.arrays import Array
 
@@ -176,7 +178,7 @@ def classes(limits: Iterable[Limit] | None = None) -> list[Class]:
     return list(dict.fromkeys(Class(limit.standard, limit.class_name, limit.colour) for limit in rows))
 
 
-def limits(class_name: str | None = None, colour: str | None = None, *, standard: str | None = None) -> list[Limit]:
+def limits(class_name: str | None = None, color: str | None = None, *, standard: str | None = None) -> list[Limit]:
     """The minima of one class in one colour.
 
     Names need not be complete: case, spaces and punctuation do not count, and the beginning is enough, of the name or
@@ -184,41 +186,50 @@ def limits(class_name: str | None = None, colour: str | None = None, *, standard
 
     Raises
     ------
-    ValueError
-        If nothing fits, or more than one class or colour does; the message lists what there is.
+    ArgumentError
+        If nothing fits, or more than one class or colour does: it names the argument that does not tell them apart, and
+        lists what there is.
 
     Examples
     --------
     >>> [limit.minimum for limit in limits("DOT-C2", "red")]
     [60.0, 60.0, 15.0, 15.0, 15.0, 4.0]
     """
-    rows = _chosen(list(standards()), "standard", standard, lambda limit: limit.standard)
-    rows = _chosen(rows, "class", class_name, lambda limit: limit.class_name)
-    rows = _chosen(rows, "colour", colour, lambda limit: limit.colour)
+    rows = _chosen(list(standards()), "standard", standard)
+    rows = _chosen(rows, "class_name", class_name)
+    rows = _chosen(rows, "colour", color)
     if len({limit.standard for limit in rows}) > 1:  # the same class in two standards
-        _refuse("standard", standard, rows, lambda limit: limit.standard)
+        raise _ambiguous(rows, "standard", standard)
     return rows
 
 
-def _chosen(rows: list[Limit], what: str, wanted: str | None, name: Callable[[Limit], str]) -> list[Limit]:
+def _chosen(rows: list[Limit], column: str, wanted: str | None) -> list[Limit]:
     """Rows whose name is wanted, or all if none is asked for and there is but one."""
-    names = list(dict.fromkeys(name(row) for row in rows))
+    names = _names(rows, column)
     if wanted is None:
-        if what == "standard":  # the class may decide
+        if column == "standard":  # the class may decide
             return rows
         fitting = names
     else:
         fitting = [n for n in names if _plain(n) == _plain(wanted)] or [n for n in names if _begins(n, wanted)]
     if len(fitting) != 1:
-        _refuse(what, wanted, rows, name)
-    return [row for row in rows if name(row) == fitting[0]]
+        raise _ambiguous(rows, column, wanted)
+    return [row for row in rows if getattr(row, column) == fitting[0]]
 
 
-def _refuse(what: str, wanted: str | None, rows: list[Limit], name: Callable[[Limit], str]) -> None:
-    names = ", ".join(dict.fromkeys(name(row) for row in rows))
+def _names(rows: list[Limit], column: str) -> list[str]:
+    return list(dict.fromkeys(getattr(row, column) for row in rows))
+
+
+def _ambiguous(rows: list[Limit], column: str, wanted: str | None) -> ArgumentError:
+    what = column.removesuffix("_name")
     given = f"no single {what} is called '{wanted}'" if wanted is not None else f"which {what} is not said"
-    msg = f"{given}; expected one of: {names}"
-    raise ValueError(msg)
+    msg = f"{given}; expected one of: {', '.join(_names(rows, column))}"
+    return ArgumentError(msg, _ARGUMENTS.get(column, column))
+
+
+# The arguments that are not called as the columns of the tables.
+_ARGUMENTS = {"colour": "color"}
 
 
 def _plain(name: str) -> str:

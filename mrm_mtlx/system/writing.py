@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mrm_mtlx.system.arguments import ArgumentError
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import TracebackType
@@ -51,6 +53,23 @@ def replacing(path: Path) -> Iterator[Path]:
         _move(unfinished, target)
     finally:
         unfinished.unlink(missing_ok=True)
+
+
+def check_folder(path: Path, argument: str = "output") -> None:
+    """Raise an ArgumentError if the folder of a file is not there: before the work is done in vain."""
+    if not path.parent.is_dir():
+        msg = f"{path} cannot be written: the folder {path.parent} does not exist"
+        raise ArgumentError(msg, argument)
+
+
+def write_text(path: Path, text: str, argument: str = "output") -> None:
+    """Write a text file whole or not at all; raise an ArgumentError if it cannot be written."""
+    try:
+        with replacing(path) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    except OSError as error:
+        msg = f"{path} cannot be written: {error.strerror}"
+        raise ArgumentError(msg, argument) from error
 
 
 @dataclass

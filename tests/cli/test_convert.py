@@ -10,11 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-import typer
 
-from mrm_mtlx.cli.convert import convert
-
-NOTHING = dict.fromkeys(("written", "output", "to", "into", "at", "compare", "observation", "entrance", "element"))
 TAPE = Path(__file__).parents[2] / "materials" / "conspicuity_tape_white.mtlx"
 
 
@@ -71,14 +67,12 @@ def test_a_block_is_put_where_it_is_told_and_another_value_is_seen(here):
     ],
     ids=str,
 )
-def test_a_wrong_call_is_told_so(monkeypatch, tmp_path, metal, options, message):
-    monkeypatch.chdir(tmp_path)
-    Path("plain.json").write_text("{}")
-    paths = {name: Path(value) for name, value in options.items() if name in ("output", "into", "compare")}
-    with pytest.raises(typer.BadParameter) as caught:
-        convert(**NOTHING | {"path": metal} | options | paths)
-    assert message in str(caught.value)
-    assert not Path("a.json").exists()
+def test_a_wrong_call_is_told_so(in_process, tmp_path, metal, options, message):
+    (tmp_path / "plain.json").write_text("{}")
+    done = in_process("convert", metal, *(f"--{name}={value}" for name, value in options.items()))
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert message in done.stderr.splitlines()[-1]
+    assert not (tmp_path / "a.json").exists()
 
 
 def test_a_wrong_format_is_a_usage_error(mrm, metal):

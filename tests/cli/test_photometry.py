@@ -11,13 +11,12 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from mrm_mtlx.cli import photometry
 from mrm_mtlx.photometry.color import METHODS
 from mrm_mtlx.standards.tables import MISSING, classes, standards
 
 MATERIALS = Path(__file__).parents[2] / "materials"
 WHITE_TAPE = MATERIALS / "conspicuity_tape_white.mtlx"
-DOT_C2 = ("--standard", "FMVSS 108", "--class", "DOT-C2", "--colour", "white")
+DOT_C2 = ("--standard", "FMVSS 108", "--class", "DOT-C2", "--color", "white")
 
 DIFFUSER = """<?xml version="1.0"?>
 <materialx version="1.39">
@@ -90,23 +89,22 @@ def test_the_way_of_colours_is_stated_and_matters_for_a_red(here):
     red = MATERIALS / "bicycle_reflector_red.mtlx"
     values = {}
     for method in METHODS:
-        done = here(red, "--observation", 0.2, "--entrance", 5, "--colors", method, "--format", "json")
+        done = here(red, "--observation", 0.2, "--entrance", 5, "--method", method, "--format", "json")
         report = json.loads(done.stdout)
         assert report["settings"]["method"] == method
         values[method] = report["documents"][0]["surfaces"][0]["cells"][0]["value"]
-    assert list(photometry.Method) == list(METHODS)
     # Luminance of pure red under A: 0.326 by its spectrum, 0.392 as a product.
     assert 0.82 < values["spectral"] / values["rgb"] < 0.84
 
 
 def test_intensities_need_the_area_of_the_reflector(here):
     red = MATERIALS / "bicycle_reflector_red.mtlx"
-    done = here(red, "--class", "front/rear/side", "--colour", "red")
+    done = here(red, "--class", "front/rear/side", "--color", "red")
     assert done.exit_code == 2
     assert done.stderr.splitlines()[-1] == (
         "Error: Invalid value: R_I [cd/fc] is of a whole reflector: give its area, --area CM2"
     )
-    done = here(red, "--class", "front/rear/side", "--colour", "red", "--area", 20)
+    done = here(red, "--class", "front/rear/side", "--color", "red", "--area", 20)
     assert done.stdout.startswith("16 CFR 1512, front/rear/side reflector, red (1/4 of clear): value / minimum\n")
     assert "across 50°" in done.stdout
     assert " / 6.75 " in done.stdout
@@ -254,7 +252,7 @@ WRONG = {
     ("white.mtlx", "--standard", "EN 12899-1"): "no single standard is called 'EN 12899-1'; expected one of: 16 CFR",
     ("white.mtlx", "--class", "DOT-C2"): "which colour is not said; expected one of: red, white",
     ("white.mtlx", "--standard", "FMVSS 108"): "which class is not said; expected one of: reflex reflector",
-    ("white.mtlx", "--colour", "red"): "only with --standard or --class",
+    ("white.mtlx", "--color", "red"): "only with --standard or --class",
     ("white.mtlx", *DOT_C2, "--area", "3"): "an area is for limits of intensity",
     ("white.mtlx", *DOT_C2, "--observation", "1"): "not with a class, which has its own angles",
     ("white.mtlx", "--observation", "-1"): "-1: expected an angle from 0 to 180 degrees",
@@ -263,7 +261,7 @@ WRONG = {
     ("white.mtlx", "--area", "0"): "0: expected a number above 0",
     ("white.mtlx", "--source-aperture", "200"): "200: expected an angle from 0 to 180 degrees",
     ("white.mtlx", "--plot", "a.bmp"): "a.bmp: expected a name that ends in .png, .svg, .pdf",
-    ("white.mtlx", "--colors", "cmyk"): "'cmyk' is not one of 'spectral', 'rgb'",
+    ("white.mtlx", "--method", "cmyk"): "'cmyk' is not one of 'spectral', 'rgb'",
     ("white.mtlx", "--element", "n"): "n: expected one of m",
 }
 

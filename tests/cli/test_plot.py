@@ -12,10 +12,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
-from mrm_mtlx.cli import plot
 from mrm_mtlx.plots import drawing, style
-from mrm_mtlx.plots.parameters import PARAMETERS
 from tools.make_docs import FIGURES, same_picture
 
 BEGINNINGS = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
@@ -291,13 +288,6 @@ def test_a_malformed_measurement_is_refused_with_its_line(here, tmp_path):
     (tmp_path / "tape.dat").write_text(ALTA.replace("1.0471975512", "1.1"), encoding="utf-8")
     done = here("--figure", "4", "-o", "a.svg", "--measured", "tape.dat")
     assert done.stderr.splitlines()[-1].endswith("at theta_l = 60 degrees; its lights are 15, 30, 63.03")
-
-
-def test_the_names_of_the_options_are_those_of_the_modules_they_stand_for():
-    assert [name.value for name in plot.Scale] == list(drawing.SCALES)
-    assert {name.value for name in plot.ModelName} == set(PARAMETERS)
-    assert {name.value for name in plot.DistributionName} == set(DISTRIBUTIONS)
-    assert {name.value for name in plot.MaskingName} == set(MASKINGS)
 
 
 @pytest.mark.parametrize("name", FIGURES)

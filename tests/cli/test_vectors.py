@@ -8,7 +8,7 @@ import json
 import re
 
 from mrm_mtlx import __version__
-from mrm_mtlx.cli import vectors
+from mrm_mtlx.api.vectors import TestVectors
 
 
 def test_the_three_forms_have_the_same_values(mrm, tmp_path):
@@ -16,7 +16,8 @@ def test_the_three_forms_have_the_same_values(mrm, tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     document = json.loads((tmp_path / "vectors.json").read_text())
     # The other forms are made of the same rows, which take seconds: without the process, and of these.
-    printed = {"csv": vectors.as_csv(document["vectors"]), "text": vectors.as_text(document["vectors"])}
+    known = TestVectors(tuple(document["vectors"]))
+    printed = {"csv": known.to_csv(), "text": known.report()}
     assert (document["schema"], document["versions"]) == ("mrm.vectors/1", {"mrm": __version__})
     rows = document["vectors"]
     table = list(csv.DictReader(io.StringIO(printed["csv"])))

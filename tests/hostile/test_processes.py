@@ -84,7 +84,7 @@ COMMANDS = [
     pytest.param(("convert", "x.mtlx", "x.usda"), id="convert"),
     pytest.param(("generate", "x.mtlx"), id="generate"),
     pytest.param(("plot", "x.mtlx", "-o", "x.svg"), id="plot"),
-    pytest.param(("photometry", "x.mtlx", "--class", "DOT-C2", "--colour", "white"), id="photometry"),
+    pytest.param(("photometry", "x.mtlx", "--class", "DOT-C2", "--color", "white"), id="photometry"),
 ]
 
 

@@ -63,8 +63,8 @@ def test_intensities_are_r_a_times_the_area_in_the_unit_of_the_class():
 @pytest.mark.parametrize(
     ("name", "colour", "sizes", "message"),
     [
-        ("reflex reflector", "white", {}, r"R_I \[mcd/lx\] is of a whole reflector: give its area, --area CM2"),
-        ("tyre", None, {"area_cm2": 30.0}, r"R_I/r \[m\] is of a whole strip .* --radius CM"),
+        ("reflex reflector", "white", {}, r"R_I \[mcd/lx\] is of a whole reflector: give its area, `area` CM2"),
+        ("tyre", None, {"area_cm2": 30.0}, r"R_I/r \[m\] is of a whole strip .* `radius` CM"),
         ("DOT-C2", "white", {"area_cm2": 30.0}, "an area is for limits of intensity"),
         ("pedal", "clear", {"area_cm2": 30.0, "radius_cm": 1.0}, "a radius is for strips"),
         (None, None, {"area_cm2": 30.0}, "an area is for limits of intensity"),

@@ -34,7 +34,7 @@ BETWEEN = 1e-2
 def test_curves_go_through_the_values_of_the_report(name, colour, settings, shown):
     chosen = limits(name, colour)
     cells = {(c.observation_deg, c.beta1_deg, c.beta2_deg): c for c in measure(LOBE, chosen, settings).cells}
-    panels = coefficients.panels(LOBE, chosen, settings)
+    panels = coefficients.class_panels(LOBE, chosen, settings)
     assert tuple(sum(len(series.limit) for series in panel.series) for panel in panels) == shown
     for panel in panels:
         for series in panel.series:
@@ -45,14 +45,14 @@ def test_curves_go_through_the_values_of_the_report(name, colour, settings, show
 
 
 def test_without_a_class_there_are_curves_and_no_marks():
-    panels = coefficients.panels(Lambert().eval, [], POINT)
+    panels = coefficients.class_panels(Lambert().eval, [], POINT)
     assert [panel.angle for panel in panels] == ["observation", "entrance"]
     assert all(len(series.limit) == 0 for panel in panels for series in panel.series)
     np.testing.assert_allclose(panels[1].series[0].value[panels[1].series[0].angle_deg == 0.0], 1.0 / np.pi, rtol=1e-4)
 
 
 def test_a_picture_has_the_marks_the_labels_and_the_width_of_a_column():
-    figure = picture(coefficients.panels(LOBE, limits("DOT-C2", "red"), POINT))
+    figure = picture(coefficients.class_panels(LOBE, limits("DOT-C2", "red"), POINT))
     assert figure.get_size_inches()[0] == pytest.approx(style.COLUMN)
     above, below = figure.axes
     assert (above.get_xscale(), above.get_yscale(), below.get_yscale()) == ("log", "log", "log")
@@ -67,7 +67,7 @@ def test_a_picture_has_the_marks_the_labels_and_the_width_of_a_column():
 
 def test_black_and_a_deep_fall_can_be_drawn(tmp_path):
     for brdf in (Lambert(0.0).eval, LOBE):
-        drawing.save(picture(coefficients.panels(brdf, [], POINT)), tmp_path / "a.png")
+        drawing.save(picture(coefficients.class_panels(brdf, [], POINT)), tmp_path / "a.png")
         assert (tmp_path / "a.png").stat().st_size > 0
 
 
@@ -77,5 +77,5 @@ def test_every_class_has_lines_that_can_be_told_apart():
     sized = PhotometryOptions((0.0,), area_cm2=20.0, radius_cm=30.0)
     for chosen in classes():
         rows = limits(chosen.class_name, chosen.colour, standard=chosen.standard)
-        for panel in coefficients.panels(Lambert().eval, rows, sized):
+        for panel in coefficients.class_panels(Lambert().eval, rows, sized):
             assert len(panel.series) <= min(style.MAXIMUM_NAMES, style.MAXIMUM_VARIANTS)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.photometry import goniometer
-from mrm_mtlx.standards import boxes, limits
-from mrm_mtlx.standards import tables as standards
+from mrm_mtlx.standards import boxes, limits, standards
 from mrm_mtlx.standards.tables import classes, notes
 
 UNITS = {

@@ -1,0 +1,159 @@
+"""Shader source of a document for a target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from mrm_mtlx.api.errors import ShaderError
+from mrm_mtlx.api.listener import SILENT, Listener
+from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
+from mrm_mtlx.system.arguments import ArgumentError, check_choice
+from mrm_mtlx.system.shown import Shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.shadergen import Shader
+
+# How OSL makes a retroreflective lobe; the names of shadergen.OslMode.
+OslModeName: TypeAlias = Literal["aligned", "cycles", "keyword"]
+
+
+@dataclass(frozen=True, repr=False)
+class GeneratedSource(Shown):
+    """Shader source of a document's surfaces; as text, the source itself.
+
+    Attributes
+    ----------
+    target
+        The shading language.
+    shaders
+        By surface, its source per stage, its uniforms and inputs.
+    files
+        The source of each surface and stage, by the name of a file for it.
+    findings
+        What is to be said of the document.
+    """
+
+    target: str
+    shaders: Mapping[str, Shader]
+    files: Mapping[str, str]
+    findings: tuple[Finding, ...]
+
+    def report(self) -> str:
+        """The source of all surfaces and stages."""
+        return "\n".join(self.files.values())
+
+    def __repr__(self) -> str:
+        lines = [f"{name:<60}{source.count(chr(10)) + 1:>7} lines" for name, source in self.files.items()]
+        number = f"{len(self.shaders)} surface{'' if len(self.shaders) == 1 else 's'}"
+        return "\n".join([f"{self.target} source of {number}", *lines])
+
+    def save(self, folder: PathLike) -> list[Path]:
+        """Write a file per surface and stage into a folder, which is made, all or none; the files.
+
+        Raises
+        ------
+        ArgumentError
+            If they cannot be written.
+        """
+        return _write(self.files, Path(folder), "folder")
+
+
+def generate(
+    path: PathLike | OpenDocument,
+    *,
+    target: str = "glsl",
+    element: str | None = None,
+    output: PathLike | None = None,
+    osl_mode: OslModeName = "aligned",
+    library: LibraryName = "mrm",
+    root: Sequence[PathLike] = (),
+    listener: Listener = SILENT,
+) -> GeneratedSource:
+    """Generate the source of a document's surfaces.
+
+    Parameters
+    ----------
+    path
+        A document.
+    target
+        The shading language.
+    element
+        Only this renderable element.
+    output
+        A folder to write one file per stage into, if any.
+    osl_mode
+        How OSL makes a retroreflective lobe; see docs/osl.md.
+    library
+        Whose implementation of the flag: this project's or MaterialX's ("upstream").
+    root
+        Folders from which files may be read besides the document's own.
+    listener
+        Told of findings and files.
+
+    Raises
+    ------
+    ArgumentError
+        If the call is wrong.
+    DocumentError
+        If the document cannot be used; ShaderError if MaterialX refuses a surface.
+    """
+    from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode
+    from mrm_mtlx.shadergen import generate as generate_shader
+
+    check_targets([target])
+    check_choice("osl_mode", osl_mode, tuple(OslMode))
+    opened = open_document(path, element=element, library=library, root=root, listener=listener)
+    shaders: dict[str, Shader] = {}
+    for name in opened.elements:
+        try:
+            shaders[name] = generate_shader(opened.element(name), target, opened.library, OslMode(osl_mode))
+        except GenerationError as error:
+            msg = f"error SHADER_GENERATE /{name}: {error}"
+            raise ShaderError(msg, opened.findings) from error
+    files = {
+        f"{name.replace('/', '_')}{suffix}": shader.sources[stage]
+        for name, shader in shaders.items()
+        for stage, suffix in TARGETS[target].suffixes.items()
+    }
+    if output is not None:
+        for file in _write(files, Path(output), "output"):
+            listener.wrote(file)
+    return GeneratedSource(target, shaders, files, opened.findings)
+
+
+def check_targets(names: Sequence[str], allowed: Sequence[str] | None = None) -> tuple[str, ...]:
+    """The targets asked for, each once, or all that there are.
+
+    Raises
+    ------
+    ArgumentError
+        If one is not among the allowed: by default, those that can be generated.
+    """
+    if allowed is None:
+        from mrm_mtlx.shadergen import available_targets
+
+        allowed = available_targets()
+    unknown = [name for name in names if name not in allowed]
+    if unknown:
+        msg = f"{', '.join(unknown)}: expected one of {', '.join(allowed)}"
+        raise ArgumentError(msg, "target")
+    return tuple(dict.fromkeys(names)) or tuple(allowed)
+
+
+def _write(sources: Mapping[str, str], folder: Path, argument: str) -> list[Path]:
+    from mrm_mtlx.system.writing import FileSet
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with FileSet(folder) as files:
+            for name, source in sources.items():
+                files.named(folder / name).write_text(source, encoding="utf-8")
+    except OSError as error:
+        msg = f"{folder} cannot be written: {error.strerror}"
+        raise ArgumentError(msg, argument) from error
+    return [folder / name for name in sources]

@@ -1,0 +1,105 @@
+"""Fits from measured data to a report: the samples, the family that they ask for, and what is to be said of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mrm_mtlx.fitting.fit import FitOptions, coefficient_family, fit_family, select, warnings
+from mrm_mtlx.fitting.model import Family
+from mrm_mtlx.fitting.report import FitReport
+from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mrm_mtlx.measured import CoefficientSamples, Measurement
+
+    Progress = Callable[[int, int], None]
+    Color = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Which samples of a measured BRDF are fitted, and how.
+
+    Attributes
+    ----------
+    residual
+        A name of `samples.RESIDUALS`.
+    theta_max_deg
+        Largest angle from the normal.
+    plane
+        Whether only those in the plane of incidence are.
+    around_deg
+        Largest angle from retroreflection; None for any.
+    viewed
+        Whether values with a cosine in them have that of the viewer, not of the light.
+    """
+
+    residual: str = "log"
+    theta_max_deg: float = 80.0
+    plane: bool = False
+    around_deg: float | None = None
+    viewed: bool = False
+
+
+def fit_measurement(
+    measured: Measurement,
+    source: str,
+    sampling: Sampling,
+    options: FitOptions,
+    criterion: str | None,
+    progress: Progress,
+) -> FitReport:
+    """Fit the layers that a measured BRDF asks for by a criterion, "BIC" or "AICc"; without one, the paper's one lobe.
+
+    Raises
+    ------
+    ValueError
+        If the data cannot be fitted.
+    """
+    samples = from_measurement(
+        measured,
+        residual=sampling.residual,
+        largest=math.radians(sampling.theta_max_deg),
+        plane=sampling.plane,
+        around=None if sampling.around_deg is None else math.radians(sampling.around_deg),
+        cosine="v" if sampling.viewed else "l",
+        seed=options.seed,
+    )
+    selection = None
+    if criterion is None:
+        family = Family(lobes=1, diffuse=False, paper=True, channels=samples.value.shape[1])
+        found = fit_family(family, samples, options)
+    else:
+        selection = select(samples, options, criterion=criterion, progress=progress)
+        found = selection.fit
+    told = [*doubts(measured, viewed=sampling.viewed), *warnings(found, samples)]
+    return FitReport(source, samples, options, found, selection, told)
+
+
+def fit_coefficients(
+    measured: CoefficientSamples,
+    source: str,
+    tint: Color,
+    base: Color,
+    options: FitOptions,
+    criterion: str,
+    progress: Progress,
+) -> FitReport:
+    """Fit lobes of a tint over a base, as many as coefficients of retroreflection ask for.
+
+    Raises
+    ------
+    ValueError
+        If they cannot be fitted.
+    """
+    samples = from_coefficients(measured)
+    family = coefficient_family(samples, tint, base)
+    selection = select(samples, options, base=family, criterion=criterion, progress=progress)
+    if not math.isfinite(selection.fit.rms):
+        msg = f"no lobe returns as little as {measured.ra.min():g} cd/(lx m2); is the unit right?"
+        raise ValueError(msg)
+    return FitReport(source, samples, options, selection.fit, selection, warnings(selection.fit, samples))
