@@ -231,6 +231,7 @@ def test_links_of_the_pages_lead_somewhere(page: str) -> None:
 
 def test_the_limits_of_the_page_are_those_of_the_code() -> None:
     from mrm_mtlx.documents import document_images, images
+    from mrm_mtlx.engines.gl import program
     from mrm_mtlx.findings import finding as findings
     from mrm_mtlx.formats.gltf import textures
     from mrm_mtlx.formats.gltf.importer import container
@@ -256,7 +257,7 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         "values of an image": (images.MAXIMUM_VALUES, 1),
         "bytes of an image file": (images.MAXIMUM_FILE_BYTES, mebi),
         "images of a surface together": (document_images.MAXIMUM_HELD_BYTES, mebi),
-        "textures of a shader": (document_images.MAXIMUM_TEXTURE_BYTES, mebi),
+        "textures of a shader": (program.MAXIMUM_TEXTURE_BYTES, mebi),
         "layers of a stage together": (layers.MAXIMUM_STAGE_BYTES, mebi),
         "layers of a stage": (opening.MAXIMUM_LAYERS, 1),
         "prims that a stage composes": (weighing.MAXIMUM_PRIMS, 1),

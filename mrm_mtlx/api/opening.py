@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mrm_mtlx.documents.document import Document
+    from mrm_mtlx.documents.image_checks import CheckedImages
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
-    from mrm_mtlx.validation.drawing import CheckedImages
 
 # Whose implementation of the flag is used; the names of library.Origin.
 LibraryName: TypeAlias = Literal["mrm", "upstream"]
@@ -82,8 +82,8 @@ class OpenDocument:
         NoReferenceError
             If the reference does not know what a surface uses.
         """
+        from mrm_mtlx.documents.image_checks import CheckedImages
         from mrm_mtlx.reference import Surface, UnsupportedError
-        from mrm_mtlx.validation.drawing import CheckedImages
 
         found = []
         for name in self.elements:

@@ -15,10 +15,10 @@ from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.document import Document
+    from mrm_mtlx.documents.image_checks import CheckedImages
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
-    from mrm_mtlx.validation.drawing import CheckedImages
 
 
 class OpenDocument(NamedTuple):
@@ -128,9 +128,9 @@ def open_surfaces(path: Path, element: str | None, roots: list[Path] | None = No
     typer.BadParameter, typer.Exit
         As `open_document`; Exit also with 3, if the reference does not know what a surface uses.
     """
+    from mrm_mtlx.documents.image_checks import CheckedImages
     from mrm_mtlx.library import load_library
     from mrm_mtlx.reference import Surface, UnsupportedError
-    from mrm_mtlx.validation.drawing import CheckedImages
 
     found = []
     opened = open_document(path, load_library(), element, roots)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.documents.images import read_stored, stored_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -16,10 +16,6 @@ if TYPE_CHECKING:
 
 # Of the images that are held for one surface, as they are stored: ten of 4096 x 4096 with four channels of 8 bits.
 MAXIMUM_HELD_BYTES = 640 * 2**20
-# Of the textures of one shader, as a driver without a memory of its own holds them: what is stored in whole numbers or
-# float16 takes two bytes a value, no more values than are read, and four for three: of ten images of 4096 x 4096, four
-# may be colours. With what is held, what evaluating and drawing take beside it stays within a process of 2 GiB.
-MAXIMUM_TEXTURE_BYTES = 704 * 2**20
 
 
 class ImagesTooLargeError(ValueError):
@@ -56,6 +52,17 @@ class DocumentImages:
             if name not in self._known:
                 self._known[name] = self._read(name)
             return self._known[name]
+
+    def of(self, files: Mapping[str, str]) -> dict[str, NDArray[Any]]:
+        """Pixels of files by the keys of their names; what cannot be read is left out.
+
+        Raises
+        ------
+        ImagesTooLargeError
+            If there is too much of them.
+        """
+        pixels = {key: self(name) for key, name in files.items()}
+        return {key: image for key, image in pixels.items() if image is not None}
 
     def start_surface(self) -> None:
         """Another surface is begun: what is held for those before it makes room where that is needed."""

@@ -94,9 +94,9 @@ def render(
     for document in versions(element.getDocument(), options):
         shader = generate(document.getDescendant(element.getNamePath()), engine.targets[0], library)
         textures = {
-            port.variable: _pixels(port.value, images)
-            for port in shader.uniforms
-            if port.type == "filename" and port.value and not (names_nothing(port.value) or is_left_open(port.value))
+            variable: _pixels(name, images)
+            for variable, name in shader.files.items()
+            if not (names_nothing(name) or is_left_open(name))
         }
         with engine.compile(shader, textures) as program:
             panels += [_panel(program, replace(options, light_degrees=angle)) for angle in light_angles(options)]

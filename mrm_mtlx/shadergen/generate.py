@@ -80,6 +80,11 @@ class Shader:
     inputs: tuple[Port, ...]
     input_block: str
 
+    @property
+    def files(self) -> dict[str, str]:
+        """Names of files that uniforms have as values, by variable."""
+        return {port.variable: str(port.value) for port in self.uniforms if port.type == "filename" and port.value}
+
 
 def renderable_elements(document: mx.Document) -> list[Any]:
     """Materials, and outputs of shader type that no material uses; what MaterialX calls renderable, in file order."""

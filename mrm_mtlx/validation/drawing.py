@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError
+from mrm_mtlx.documents.document_images import ImagesTooLargeError
 from mrm_mtlx.engines.base import FLOAT32_BITS, CompileError, DirectionalLight, EngineFailure
 from mrm_mtlx.findings import rules
 from mrm_mtlx.validation.compiling import refused
 from mrm_mtlx.validation.expectation import Verdict
-from mrm_mtlx.validation.file_checks import check_image
 from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.results import Stage, Status, TargetResult
 
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.documents.image_checks import CheckedImages
     from mrm_mtlx.engines.base import Engine
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.reference.deviations import Deviation
@@ -32,44 +31,6 @@ if TYPE_CHECKING:
 
 # Functions of the languages for which derivatives are differences between neighbouring samples.
 _DERIVATIVES = re.compile(r"\b(dFdx|dFdy|fwidth|ddx|ddy|dpdx|dpdy)\b")
-
-# What to do about an image that is there and cannot be taken.
-_UNREADABLE = "Save the image again, within the limits that are named, in a format that OpenImageIO reads."
-
-
-class CheckedImages(DocumentImages):
-    """The images of a document, with a finding for each that cannot be read, is missing or lies outside.
-
-    The check of the document's files finds most of the latter before, with their places; here is all that is asked for,
-    by whatever way its name came.
-    """
-
-    def __init__(self, reach: Reach, place: str) -> None:
-        super().__init__(reach)
-        self._place = place
-        self._missing: dict[str, list[Finding]] = {}
-
-    @property
-    def findings(self) -> list[Finding]:
-        """Those of the files that were asked for so far."""
-        missing = [found for wrong in self._missing.values() for found in wrong]
-        return missing + [rules.DOC_FILE.at(self._place, problem, _UNREADABLE) for problem in self.problems]
-
-    def of(self, shader: Shader) -> dict[str, NDArray[Any]]:
-        """Pixels for the file uniforms of a shader, by variable name; what cannot be read is left out.
-
-        Raises
-        ------
-        ImagesTooLargeError
-            If there is too much of them.
-        """
-        files = [port for port in shader.uniforms if port.type == "filename" and port.value]
-        pixels = {port.variable: self(str(port.value)) for port in files}
-        return {variable: image for variable, image in pixels.items() if image is not None}
-
-    def _read(self, name: str) -> NDArray[Any] | None:
-        self._missing[name] = check_image(name, self._reach, self._place)
-        return None if self._missing[name] else super()._read(name)
 
 
 def check_draws(
@@ -109,7 +70,7 @@ def check_draws(
             engine.compile(shader).release()
             return dict.fromkeys(expectations, (TargetResult(Stage.COMPILE, Status.SKIP, f"{engine.name} {unfit}"), []))
         try:
-            with engine.compile(shader, images.of(shader)) as program:
+            with engine.compile(shader, images.of(shader.files)) as program:
                 found = {name: reference.draw(program, changed) for name, (reference, changed) in expectations.items()}
             return {
                 name: _check(engine, shader, images, *expectations[name], found[name], mended, place)
@@ -131,7 +92,7 @@ def _unfit(engine: Engine, shader: Shader) -> str:
         return "computes with fewer bits than float32, for which tolerances are made"
     if DirectionalLight not in can.lights:
         return "takes no directional light"
-    if not can.textures and any(port.type == "filename" and port.value for port in shader.uniforms):
+    if shader.files and not can.textures:
         return "looks up no images"
     if can.derivatives and _DERIVATIVES.search(shader.sources["pixel"]):
         return "takes derivatives between samples, which are no neighbours on the surface"
@@ -177,7 +138,7 @@ def _explained(
 ) -> Verdict:
     """The verdict on the first of the mended shaders that is right; the one given, if none is."""
     for deviations, shader in mended:
-        with engine.compile(shader, images.of(shader)) as program:
+        with engine.compile(shader, images.of(shader.files)) as program:
             right = expectation.compare(expectation.draw(program, uniforms))
         if right.comparison.passed:
             return Verdict(right.comparison, deviations | right.deviations, verdict.comparison)

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.documents.elements import location
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines import registry
 from mrm_mtlx.engines.base import EngineFailure
 from mrm_mtlx.findings import rules
@@ -16,7 +17,7 @@ from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.compiling import check_compiles, refused
-from mrm_mtlx.validation.drawing import CheckedImages, check_draws, judged
+from mrm_mtlx.validation.drawing import check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.flag_use import ignores_flag

@@ -8,8 +8,7 @@ import MaterialX as mx
 
 from mrm_mtlx.documents.elements import is_connected, location, nodes_of
 from mrm_mtlx.documents.filenames import filename_of
-from mrm_mtlx.documents.files import is_left_open, names_nothing, names_tiles
-from mrm_mtlx.findings import rules
+from mrm_mtlx.documents.image_checks import check_image
 from mrm_mtlx.validation.source_checks import check_sources
 
 if TYPE_CHECKING:
@@ -26,24 +25,6 @@ def check_files(document: mx.Document, reach: Reach, library: DataLibrary) -> li
         named = {}
     images = [found for place, name in named.items() for found in check_image(name, reach, place)]
     return images + check_sources(document, reach, library)
-
-
-def check_image(name: str, reach: Reach, place: str) -> list[Finding]:
-    """What is wrong with an image, or a set of them, by its name in a document; `place` is the finding's."""
-    if names_nothing(name):
-        return []
-    members = [] if is_left_open(name) else reach.members(name)
-    targets = [reach.inside(member) for member in members]
-    if reach.resolve(name) is None or None in targets:
-        through = f", by the link '{members[targets.index(None)].name}'" if None in targets else ""
-        message = f"the image '{name}' lies outside the folder being checked{through}"
-        return [rules.READ_OUTSIDE.at(place, message)]
-    if any(target is not None and not target.is_file() for target in targets):
-        return [rules.DOC_FILE.at(place, f"the image '{name}' is not a regular file")]
-    if members or is_left_open(name):
-        return []
-    message = f"no file of the set '{name}' exists" if names_tiles(name) else f"the image '{name}' does not exist"
-    return [rules.DOC_FILE.at(place, message)]
 
 
 def _images(document: mx.Document) -> dict[str, str]:

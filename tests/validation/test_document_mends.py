@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.document_mends import MENDS
-from mrm_mtlx.validation.drawing import CheckedImages, check_draws
+from mrm_mtlx.validation.drawing import check_draws
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.mending import mended_shaders
 from mrm_mtlx.validation.sampling import generator

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.documents.images import read_stored
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
-from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.element import ElementCheck
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.request import Request
@@ -176,7 +176,7 @@ def test_what_a_shader_asks_for_is_looked_at_too(make_document, library, folder,
     ):
         document = make_document(put(elements, name))
         images = CheckedImages(Reach.only(folder), "/m")
-        read = images.of(generate(document.getNode("m"), "glsl", library))
+        read = images.of(generate(document.getNode("m"), "glsl", library).files)
         assert [(f.code, f.location) for f in images.findings] == ([] if code is None else [(code, "/m")])
         assert len(read) == (1 if code is None else 0)
 

@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.drawing import CheckedImages, check_draws
+from mrm_mtlx.validation.drawing import check_draws
 from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.sampling import generator
 

@@ -14,6 +14,7 @@ import MaterialX as mx
 
 from mrm_mtlx.documents.document import Document, NothingToWriteError, ReadError
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
 from mrm_mtlx.library import load_library
@@ -21,7 +22,6 @@ from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.checks.materialx import messages_of_validation
-from mrm_mtlx.validation.drawing import CheckedImages
 from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.retro_checks import check_retroreflection

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.documents.document_images import MAXIMUM_TEXTURE_BYTES, ImagesTooLargeError, too_large
+from mrm_mtlx.documents.document_images import ImagesTooLargeError, too_large
 from mrm_mtlx.engines.base import (
     Capabilities,
     CompileError,
@@ -34,6 +34,12 @@ if TYPE_CHECKING:
 
 # Width of the float image that holds one sample per pixel, and its greatest height: OpenGL 4.3 has at least 16,384.
 _ROW, _ROWS = 2048, 16384
+
+# Largest textures of one shader together, as a driver without a memory of its own holds them: what is stored in whole
+# numbers or float16 takes two bytes a value, no more values than are read, and four for three: of ten images of
+# 4096 x 4096, four may be colours. With the images that are held, what evaluating and drawing take beside it stays
+# within a process of 2 GiB.
+MAXIMUM_TEXTURE_BYTES = 704 * 2**20
 
 # How generated code names geometric properties.
 _PROPERTY = "i_geomprop_"

@@ -12,12 +12,12 @@ import pytest
 
 from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.formats.reading import read_document, read_reference
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
 from mrm_mtlx.formats.usd import read
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
-from mrm_mtlx.validation.drawing import CheckedImages
 
 if TYPE_CHECKING:
     from collections.abc import Callable
