@@ -19,8 +19,9 @@ from mrm_mtlx.cli.main import app
 from mrm_mtlx.engines import gl as gl_engine
 from mrm_mtlx.engines import osl as osl_engine
 from mrm_mtlx.library import DataLibrary, Origin, load_library
+from mrm_mtlx.validation.collecting import collect
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.runner import Settings, collect
+from mrm_mtlx.validation.options import ValidationOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -140,18 +141,18 @@ def documents(repository: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def settings() -> Callable[..., Settings]:
+def settings() -> Callable[..., ValidationOptions]:
     """Function to settings of a small run, with some of them changed."""
 
-    def make(**changes: object) -> Settings:
+    def make(**changes: object) -> ValidationOptions:
         small = {"targets": ("glsl",), "samples": 512, "seed": 0, "origin": Origin.MRM, "jobs": 1, "timeout_s": 120.0}
-        return Settings(**{**small, **changes})
+        return ValidationOptions(**{**small, **changes})
 
     return make
 
 
 @pytest.fixture(scope="session")
-def check(settings: Callable[..., Settings]) -> Callable[..., list[DocumentResult]]:
+def check(settings: Callable[..., ValidationOptions]) -> Callable[..., list[DocumentResult]]:
     """Function from a path to the results of its documents, checked in this process."""
 
     def run(path: Path, **changes: object) -> list[DocumentResult]:

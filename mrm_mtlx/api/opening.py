@@ -186,7 +186,7 @@ def documents_of(
     ArgumentError
         If none is named.
     """
-    from mrm_mtlx.validation.runner import documents_of
+    from mrm_mtlx.validation.collecting import documents_of
 
     found: list[Path | OpenDocument] = []
     for path in _several(paths):

@@ -170,9 +170,9 @@ class _Run:
     def document(self, path: Path | OpenDocument, element: str | None, root: Sequence[PathLike]) -> DocumentReport:
         """Measure the surfaces of a document, or say why it is left out."""
         from mrm_mtlx.photometry.forms import DocumentReport
-        from mrm_mtlx.validation.runner import shown
+        from mrm_mtlx.documents.files import shown_path
 
-        name = shown(path.path if isinstance(path, OpenDocument) else path)
+        name = shown_path(path.path if isinstance(path, OpenDocument) else path)
         try:
             opened = open_document(path, element=element, root=root, listener=self._listener)
             return DocumentReport(name, {surface.name: self._measured(surface) for surface in opened.surfaces()})

@@ -40,8 +40,9 @@ def conformance(
     from mrm_mtlx.conformance import targets as conformance_targets
     from mrm_mtlx.engines.base import EngineFailure
     from mrm_mtlx.library import Origin
+    from mrm_mtlx.system.versions import versions
     from mrm_mtlx.validation.reports import finite
-    from mrm_mtlx.validation.runner import engines, versions
+    from mrm_mtlx.validation.runner import engines
 
     targets = chosen_targets(target, conformance_targets())
     try:

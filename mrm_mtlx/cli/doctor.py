@@ -34,7 +34,7 @@ def doctor(
     from mrm_mtlx.engines import registry
     from mrm_mtlx.library import load_library, node_library_folder
     from mrm_mtlx.shadergen import available_targets
-    from mrm_mtlx.validation.runner import versions
+    from mrm_mtlx.system.versions import versions
 
     engines, models = survey(), load_library().surface_models
     if report_format is TableFormat.JSON:
@@ -73,7 +73,7 @@ def _print_coverage(report_format: TableFormat) -> None:
 
     from mrm_mtlx.library import load_library
     from mrm_mtlx.reference.coverage import coverage
-    from mrm_mtlx.validation.runner import versions
+    from mrm_mtlx.system.versions import versions
 
     definitions = coverage(load_library().document)
     if report_format is TableFormat.JSON:

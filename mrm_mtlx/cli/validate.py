@@ -60,9 +60,10 @@ def validate(
     from mrm_mtlx.library import Origin
     from mrm_mtlx.shadergen import available_targets
     from mrm_mtlx.validation import reports
-    from mrm_mtlx.validation.runner import Settings, validate
+    from mrm_mtlx.validation.options import ValidationOptions
+    from mrm_mtlx.validation.runner import validate
 
-    settings = Settings(
+    options = ValidationOptions(
         targets=chosen_targets(target, available_targets()),
         samples=samples,
         seed=seed,
@@ -75,7 +76,7 @@ def validate(
         ignore=_codes(ignore, "--ignore"),
     )
     with progress("checking") as report:
-        result = validate(paths, settings, report)
+        result = validate(paths, options, report)
     if report_format is Format.TEXT:
         _print_text(result, output, strict=strict)
     else:

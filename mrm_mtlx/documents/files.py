@@ -191,3 +191,20 @@ def read_regular(path: Path, most: int) -> bytes | None:
             return stream.read(most)
     finally:
         os.close(descriptor)
+
+
+def shown_path(path: Path, folder: Path | None = None) -> str:
+    """A path as reports show it: never absolute.
+
+    Relative to the current folder; of one that lies elsewhere, the part from the `folder` on in which it was found, or
+    its last two parts.
+    """
+    absolute = Path.cwd() / path
+    if absolute.is_relative_to(Path.cwd()):
+        name = absolute.relative_to(Path.cwd()).as_posix()
+    elif folder is not None:
+        name = (Path((Path.cwd() / folder).name) / path.relative_to(folder)).as_posix()
+    else:
+        name = Path(*absolute.parts[-2:]).as_posix().lstrip("/")
+    # Names of files are bytes on some systems; reports are text.
+    return name.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -25,7 +25,7 @@ from mrm_mtlx.validation.steps import READING, Step, Steps
 
 if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.validation.request import Request
+    from mrm_mtlx.validation.options import Request
 
 
 def check_document(request: Request, steps: Steps | None = None) -> DocumentResult:

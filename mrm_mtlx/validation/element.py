@@ -30,7 +30,7 @@ from mrm_mtlx.validation.steps import Step
 if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.shadergen import Shader
-    from mrm_mtlx.validation.request import Request
+    from mrm_mtlx.validation.options import Request
     from mrm_mtlx.validation.retro_sweep import Variant
     from mrm_mtlx.validation.steps import Steps
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.documents.images import read_image
-from mrm_mtlx.validation.runner import documents_of
+from mrm_mtlx.validation.collecting import documents_of
 
 MATERIALS = Path(__file__).parents[2] / "materials"
 PICTURE = Path(__file__).parents[1] / "rules" / "USD_VALIDATOR_WARNING" / "parts" / "normal.png"

@@ -19,7 +19,7 @@ from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.report import PhotometryOptions, measure
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 from tools import classes_page
 
 # Numbers of a document have six digits, and a value follows its lobe's height: relative, 1e-6, and as much again for
@@ -134,7 +134,7 @@ SHADERS = (
 @pytest.mark.parametrize("name", SHADERS)
 def test_the_shader_of_a_material_is_as_the_reference_has_it(gl, name):
     path = path_of(BY_NAME[name])
-    found = check_document(Request(path, Reach.beside(path), path.name, ("glsl",), samples=64))
+    found = check_document(Request(path, Reach.beside(path), path.name, targets=("glsl",), samples=64))
     (renderable,) = found.renderables
     assert found.findings == []
     assert (renderable.targets["glsl"].stage, renderable.targets["glsl"].status) == ("compare", "pass")
@@ -144,7 +144,9 @@ def test_the_shader_of_a_material_is_as_the_reference_has_it(gl, name):
 @pytest.mark.parametrize("name", ["dpr_495_white", "en_1436_r5_white", "iso_20471_silver"])
 def test_the_osl_of_a_material_compiles(cycles, name):
     path = path_of(BY_NAME[name])
-    (renderable,) = check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16)).renderables
+    (renderable,) = check_document(
+        Request(path, Reach.beside(path), path.name, targets=("osl",), samples=16)
+    ).renderables
     assert (renderable.targets["osl"].stage, renderable.targets["osl"].status) == ("compile", "pass")
 
 

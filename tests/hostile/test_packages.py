@@ -19,7 +19,7 @@ from mrm_mtlx.formats.registry import format_of
 from mrm_mtlx.formats.usd import read
 from mrm_mtlx.formats.usd.opening import packages
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 
 LAYER = "#usda 1.0\n"
 # In a file's header: flags, method, packed size, size; in the directory's entry, the same with two bytes more before.

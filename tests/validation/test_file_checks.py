@@ -11,7 +11,7 @@ from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.element import ElementCheck
 from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 from mrm_mtlx.validation.results import RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.steps import Steps
 
@@ -204,7 +204,7 @@ def test_an_image_that_the_shader_alone_asks_for_is_told_beside_one_that_the_ref
         return {"": (TargetResult(Stage.COMPARE, Status.PASS), [])}
 
     monkeypatch.setattr(element_module, "check_draws", draws)
-    request = Request(folder / "x.mtlx", Reach.only(folder), "x.mtlx", ("glsl",), samples=16)
+    request = Request(folder / "x.mtlx", Reach.only(folder), "x.mtlx", targets=("glsl",), samples=16)
     (material,) = renderable_elements(document)
     told = ElementCheck(request, material, RenderableResult("m"), [], Steps()).run()
     for name in ("damaged.png", "nowhere.png"):

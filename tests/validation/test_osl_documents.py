@@ -11,7 +11,7 @@ from mrm_mtlx.library import Origin, materials_folder
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.flag_use import ignores_flag
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 
 RETRO = """
 <{node} name="bsdf" type="BSDF"><input name="retroreflective" type="boolean" value="true"/></{node}>
@@ -33,13 +33,13 @@ def test_our_osl_depends_on_the_flag_in_every_mode_and_the_standard_one_does_not
 @pytest.mark.parametrize(("origin", "codes"), [(Origin.MRM, []), (Origin.UPSTREAM, ["SHADER_IGNORES_RETRO"])])
 def test_the_rule_of_ignored_flags_is_for_the_standard_library_alone(repository, origin, codes):
     path = repository / "tests" / "rules" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
-    found = check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16, origin=origin))
+    found = check_document(Request(path, Reach.beside(path), path.name, targets=("osl",), samples=16, origin=origin))
     assert [finding.code for finding in found.findings] == codes
 
 
 @pytest.mark.parametrize("path", sorted(materials_folder().glob("*.mtlx")), ids=lambda path: path.stem)
 def test_the_osl_of_every_material_compiles(cycles, path):
-    found = check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16))
+    found = check_document(Request(path, Reach.beside(path), path.name, targets=("osl",), samples=16))
     (renderable,) = found.renderables
     assert (found.findings, renderable.targets["osl"].stage, renderable.targets["osl"].status) == (
         [],
@@ -51,7 +51,9 @@ def test_the_osl_of_every_material_compiles(cycles, path):
 @pytest.mark.slow
 def test_the_osl_of_every_document_of_the_corpus_compiles(cycles, shared):
     paths = sorted((shared / "corpus").rglob("*.mtlx"))
-    results = [check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16)) for path in paths]
+    results = [
+        check_document(Request(path, Reach.beside(path), path.name, targets=("osl",), samples=16)) for path in paths
+    ]
     outcomes = [r.targets["osl"] for result in results for r in result.renderables]
     assert len(outcomes) > len(paths) > 0
     assert {(outcome.stage, outcome.status) for outcome in outcomes} == {("compile", "pass"), ("compare", "pass")}
@@ -82,7 +84,7 @@ BROKEN = """<?xml version="1.0"?>
 def test_broken_osl_is_found_with_file_line_and_statement(cycles, tmp_path, source, status):
     path = tmp_path / "broken.mtlx"
     path.write_text(BROKEN.format(source=source), encoding="utf-8")
-    found = check_document(Request(path, Reach.beside(path), path.name, ("osl",), samples=16))
+    found = check_document(Request(path, Reach.beside(path), path.name, targets=("osl",), samples=16))
     assert found.renderables[0].targets["osl"].status == status
     if status == "fail":
         (finding,) = found.findings

@@ -9,7 +9,7 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
 from mrm_mtlx.validation.element import ElementSweep
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 from mrm_mtlx.validation.retro_sweep import flattened, variants
 from mrm_mtlx.validation.steps import Steps
 
@@ -49,7 +49,7 @@ MODEL = """
 
 @pytest.fixture
 def request_for(tmp_path):
-    return Request(tmp_path / "x.mtlx", Reach.only(tmp_path), "x.mtlx", ("glsl", "osl"), samples=512)
+    return Request(tmp_path / "x.mtlx", Reach.only(tmp_path), "x.mtlx", targets=("glsl", "osl"), samples=512)
 
 
 def names(document: mx.Document) -> list[str]:

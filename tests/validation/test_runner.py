@@ -11,11 +11,14 @@ from pathlib import Path
 import pytest
 
 from mrm_mtlx import __version__
+from mrm_mtlx.documents.files import shown_path
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.library import materialx_version
 from mrm_mtlx.shadergen import TARGETS
+from mrm_mtlx.system.versions import versions
 from mrm_mtlx.validation import reports
-from mrm_mtlx.validation.runner import collect, engines, shown, validate, versions
+from mrm_mtlx.validation.collecting import collect
+from mrm_mtlx.validation.runner import engines, validate
 
 # Seconds for one document where one of them takes hours. The others take about two; a busy machine needs some more.
 PATIENCE_S = 12.0
@@ -178,10 +181,10 @@ def test_paths_are_shown_from_the_current_folder_or_by_their_last_two_parts(tmp_
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
-    assert shown(Path("a.mtlx")) == "a.mtlx"
-    assert shown(here / "sub" / "a.mtlx") == "sub/a.mtlx"
-    assert shown(tmp_path / "there" / "sub" / "a.mtlx") == "sub/a.mtlx"
-    assert not shown(Path(os.sep) / "a.mtlx").startswith(os.sep)
+    assert shown_path(Path("a.mtlx")) == "a.mtlx"
+    assert shown_path(here / "sub" / "a.mtlx") == "sub/a.mtlx"
+    assert shown_path(tmp_path / "there" / "sub" / "a.mtlx") == "sub/a.mtlx"
+    assert not shown_path(Path(os.sep) / "a.mtlx").startswith(os.sep)
 
 
 def test_documents_of_the_same_name_in_several_folders_are_all_checked(tmp_path, settings, documents):

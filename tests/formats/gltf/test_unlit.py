@@ -12,7 +12,7 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import srgb_decoded
 from mrm_mtlx.formats.registry import format_of
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 
 UNLIT = {"KHR_materials_unlit": {}}
 TEXELS = np.array([[[230, 110, 60, 180], [90, 140, 200, 250]], [[40, 180, 100, 90], [150, 70, 240, 140]]])
@@ -83,7 +83,7 @@ def test_an_unlit_material_of_numbers(asset, read, surface_of, points, material,
 
 def test_the_check_of_an_unlit_asset_compares_it(gl, asset):
     path = asset(alphaMode="MASK", alphaCutoff=0.3)
-    result = check_document(Request(path, Reach.beside(path), path.name, ("glsl",), 256))
+    result = check_document(Request(path, Reach.beside(path), path.name, targets=("glsl",), samples=256))
     assert result.findings == []
     (renderable,) = result.renderables
     assert (renderable.name, renderable.targets["glsl"].status) == ("/materials/0", "pass")

@@ -9,7 +9,7 @@ from pxr import Sdf
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 
 DOCUMENT = """<?xml version="1.0"?>
 <materialx version="1.39" {attributes}>

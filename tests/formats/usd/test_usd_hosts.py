@@ -14,11 +14,12 @@ import pytest
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.engines.osl.process import VARIABLE
 from mrm_mtlx.library import node_library_folder
+from mrm_mtlx.system.versions import versions
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 from mrm_mtlx.validation.results import ValidationResult
-from mrm_mtlx.validation.runner import engines, versions
+from mrm_mtlx.validation.runner import engines
 
 REPOSITORY = Path(__file__).parents[3]
 PROGRAM = Path(__file__).with_name("usdmtlx_program.py")
@@ -43,7 +44,7 @@ def test_every_target_gives_the_same_result(gl, imported, written):
     path = REPOSITORY / "materials" / "licence_plate.mtlx"
     stage = written(imported(path))
     document, converted = (
-        check_document(Request(p, Reach.beside(p), p.name, ("glsl", "mdl"), 64)).renderables[0].targets
+        check_document(Request(p, Reach.beside(p), p.name, targets=("glsl", "mdl"), samples=64)).renderables[0].targets
         for p in (path, stage)
     )
     assert document["glsl"].status == "pass"

@@ -7,7 +7,7 @@ import pytest
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.usd.importer import reading, validators
 from mrm_mtlx.validation.document import check_document
-from mrm_mtlx.validation.request import Request
+from mrm_mtlx.validation.options import Request
 
 # A material, whose inputs and shaders are to be filled in.
 MATERIAL = """

@@ -1,0 +1,60 @@
+"""The documents of files and folders, and what of them cannot be checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mrm_mtlx.documents.files import Reach, shown_path
+from mrm_mtlx.findings import rules
+from mrm_mtlx.formats.registry import SUFFIXES
+from mrm_mtlx.validation.options import Request
+from mrm_mtlx.validation.results import DocumentResult
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.validation.options import ValidationOptions
+
+
+def collect(paths: Sequence[Path], options: ValidationOptions) -> tuple[list[DocumentResult], list[Request]]:
+    """Results for paths that cannot be checked, and a request per document, each document once."""
+    missing: list[DocumentResult] = []
+    requests: dict[Path, Request] = {}
+    for path in paths:
+        if not path.exists():
+            message = f"'{path.as_posix()}' does not exist"
+            missing.append(DocumentResult(shown_path(path), [rules.READ_MISSING.at("", message)]))
+            continue
+        is_folder = path.is_dir()
+        root = path if is_folder else path.parent
+        for file in documents_of(path) if is_folder else [path]:
+            name = shown_path(file, path if is_folder else None)
+            reach = Reach(file.parent, root, options.roots)
+            problem = _unreadable(file, reach if is_folder else None)
+            if problem is not None:
+                missing.append(DocumentResult(name, [problem]))
+                continue
+            requests.setdefault(file.resolve(), Request.of(options, file, reach, name))
+    return missing, list(requests.values())
+
+
+def documents_of(folder: Path) -> list[Path]:
+    """Files of all formats in a folder and those below it, sorted."""
+    found = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
+    return sorted(found, key=Path.as_posix)
+
+
+def _unreadable(file: Path, reach: Reach | None) -> Finding | None:
+    """Why a file is not even handed to a worker; `reach` is that of one that was found in a folder."""
+    try:
+        file.resolve()
+        str(file).encode("utf-8")
+    except (OSError, RuntimeError):
+        return rules.READ_FAILED.at("", "it is a link that leads to itself")
+    except UnicodeEncodeError:
+        return rules.READ_FAILED.at("", "its name is not valid UTF-8")
+    if reach is not None and reach.inside(Path(file.name)) is None:
+        return rules.READ_OUTSIDE.at("", "it is a link that leads out of the folder being checked")
+    return None
