@@ -169,8 +169,8 @@ class _Run:
 
     def document(self, path: Path | OpenDocument, element: str | None, root: Sequence[PathLike]) -> DocumentReport:
         """Measure the surfaces of a document, or say why it is left out."""
-        from mrm_mtlx.photometry.forms import DocumentReport
         from mrm_mtlx.documents.files import shown_path
+        from mrm_mtlx.photometry.forms import DocumentReport
 
         name = shown_path(path.path if isinstance(path, OpenDocument) else path)
         try:
