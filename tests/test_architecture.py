@@ -148,6 +148,8 @@ def _names_engine(node: ast.AST) -> bool:
             sides = [left, *comparators]
             told = any(isinstance(side, ast.Attribute) and side.attr == "name" and _is_engine(side) for side in sides)
             return told or any(_has_name(side) for side in sides)
+        case ast.Subscript(value=ast.Name(id="Literal")):
+            return False  # a type, of which a text may be a member as of an enumeration
         case ast.Subscript(value=ast.Call(func=called), slice=ast.Constant(value=str())):
             return "engines" in ast.unparse(called)
         case ast.Subscript(slice=key) | ast.MatchValue(value=key):
