@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # falls with a little more than the number of points along one side: 1024 x 1024 give about 1e-6.
 ACCURACY = 1e-4
 _FIRST, _LAST = 32, 1024
-# How much smaller a move is than the one before, with twice the points: 2^1.5 at a kink, 4 where there is none.
+# How much smaller a change is than the one before, with twice the points: 2^1.5 at a kink, 4 where there is none.
 _FALL = 4.0
 # Points of Gauss's rule on each of the intervals that the first side is divided into.
 _GAUSS = 8
@@ -59,8 +59,8 @@ def over_unit_square(integrand: Callable[[Array], Array], shape: tuple[int, ...]
     """Integral over u[0] and u[1] in [0, 1], shape (*shape, 3).
 
     Gauss's rule along the first, which in samples makes the distance from the peak, and even spacing along the second,
-    their azimuth. Points are doubled along both until the result moves by less than the accuracy, after a move that was
-    small too: one alone can be small by chance.
+    their azimuth. Points are doubled along both until the result changes by less than the accuracy, after a change that
+    was small too: one alone can be small by chance.
 
     Parameters
     ----------
@@ -76,14 +76,14 @@ def over_unit_square(integrand: Callable[[Array], Array], shape: tuple[int, ...]
     ArithmeticError
         If 1024 x 1024 points do not reach the accuracy.
     """
-    previous, moved_before = _mean(integrand, shape, _FIRST), np.inf
+    previous, change_before = _mean(integrand, shape, _FIRST), np.inf
     count = 2 * _FIRST
     while count <= _LAST:
         current = _mean(integrand, shape, count)
-        moved = float(np.max(np.abs(current - previous), initial=0.0))
-        if moved < accuracy and moved_before < _FALL * accuracy:
+        change = float(np.max(np.abs(current - previous), initial=0.0))
+        if change < accuracy and change_before < _FALL * accuracy:
             return current
-        previous, moved_before, count = current, moved, 2 * count
+        previous, change_before, count = current, change, 2 * count
     msg = f"the integral does not reach an accuracy of {accuracy:g} with {_LAST} x {_LAST} points"
     raise ArithmeticError(msg)
 

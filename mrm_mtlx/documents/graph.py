@@ -16,8 +16,8 @@ class Scope:
     """Where an element stands: inside which graph, and what is bound to the graph's interface.
 
     `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given
-    for interface names without a node, and are made of `needs` (see the reference's `Move.touches`). `shown` is the
-    graph of the document whose output is shown, if it is one's.
+    for interface names without a node, and are made of `needs` (see the reference's `Perturbation.touches`). `shown` is
+    the graph of the document whose output is shown, if it is one's.
     """
 
     path: str = ""
@@ -25,7 +25,7 @@ class Scope:
     outer: Scope | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
     shown: Any = None
-    needs: frozenset[str] = frozenset()
+    needs: frozenset[Any] = frozenset()
 
 
 def shown(element: Any) -> tuple[Any, str] | None:

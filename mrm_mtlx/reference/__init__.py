@@ -13,9 +13,9 @@ Built on the pure optics of `mrm_mtlx.bsdf`; what MaterialX does on top of them 
 """
 
 from mrm_mtlx.reference.closures import Environment, Model
-from mrm_mtlx.reference.evaluation import Illumination
 from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, Tolerance
 from mrm_mtlx.reference.points import ShadingPoints
+from mrm_mtlx.reference.state import Illumination
 from mrm_mtlx.reference.surface import Surface, constant_input, input_at, narrowest_width
 from mrm_mtlx.reference.survey import UnsupportedError
 

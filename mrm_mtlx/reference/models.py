@@ -1,7 +1,8 @@
-"""The families of targets that the reference tells apart."""
+"""The families of targets that the reference tells apart, and what of a surface they have as different models."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
 
@@ -38,3 +39,52 @@ SAME_MODEL = frozenset(
 # Node definitions of numbers that MaterialX computes in another way in OSL than on the hardware targets: OSL's own
 # `blackbody` integrates the spectrum, where the others fit the chromaticity.
 OTHER_NUMBERS = frozenset({"ND_blackbody"})
+
+
+class LobeKind(Enum):
+    """From where a microfacet lobe is seen: OSL's renderers have each as the same model, not both in one surface."""
+
+    ORDINARY = "ordinary"
+    RETROREFLECTIVE = "retroreflective"
+
+
+class Feature(Enum):
+    """A feature of a surface that OSL's renderers have as another model; the value is its name in messages."""
+
+    COLOR82 = "color82"
+    EMISSION = "emission"
+    LAYER = "layer"
+    ROUGH_DIFFUSE = "rough oren_nayar_diffuse_bsdf"
+    THIN_FILM = "thin film"
+    TRANSMISSION = "transmission"
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a response is made of that `Model.CLOSURES` has to know about; nothing for `Model.HARDWARE`.
+
+    Attributes
+    ----------
+    lobes
+        Kinds of its microfacet lobes.
+    features
+        Features that are another model there, for which the response is no reference.
+    nodes
+        Categories of nodes that are another model as a whole.
+    """
+
+    lobes: frozenset[LobeKind] = frozenset()
+    features: frozenset[Feature] = frozenset()
+    nodes: frozenset[str] = frozenset()
+
+    def __or__(self, other: Contents) -> Contents:
+        """The contents of both."""
+        return Contents(self.lobes | other.lobes, self.features | other.features, self.nodes | other.nodes)
+
+    @property
+    def unsupported(self) -> list[str]:
+        """Names of all that is another model, sorted."""
+        return sorted({feature.value for feature in self.features} | self.nodes)
+
+
+NOTHING = Contents()

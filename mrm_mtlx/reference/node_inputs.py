@@ -1,10 +1,10 @@
-"""What the function of a node may ask of the node, in one evaluation."""
+"""A node as its function sees it, in one evaluation."""
 # ruff: noqa: D102 -- the contract of each method is that of `nodes.Inputs`
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -19,32 +19,43 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.deviations import Deviation
-    from mrm_mtlx.reference.evaluation import Evaluation
     from mrm_mtlx.reference.nodes import Value
+    from mrm_mtlx.reference.state import State
+
+
+class InputValue(Protocol):
+    """The walk over the graph, from an input of a node on."""
+
+    def __call__(
+        self, node: Any, definition: Any, name: str, scope: Scope, light: Light, *, stored: bool = False
+    ) -> Value | None:
+        """See `evaluation.Evaluation.input_value`."""
+        ...
 
 
 @dataclass
 class NodeInputs:
     """`nodes.Inputs` of one node in one evaluation."""
 
-    evaluation: Evaluation
+    state: State
     node: Any
     definition: Any
     scope: Scope
     light: Light
+    input_value: InputValue
     _settled: int = 0
 
     @property
     def frame(self) -> Mapping[str, Array]:
-        return self.evaluation.frame
+        return self.state.frame
 
     def geometric_property(self, name: str, default: Array) -> Array:
-        self.evaluation.asked[name] = str(self.definition.getType())
-        return self.evaluation.properties.get(name, default)
+        self.state.asked[name] = str(self.definition.getType())
+        return self.state.properties.get(name, default)
 
     @property
     def lights(self) -> list[Light]:
-        return self.evaluation.lights
+        return self.state.lights
 
     def under(self, light: Light) -> NodeInputs:
         return replace(self, light=light)
@@ -60,7 +71,7 @@ class NodeInputs:
 
     def image(self, name: str) -> NDArray[np.floating] | None:
         file = self.text(name)
-        return self.evaluation.images(file) if file else None
+        return self.state.images(file) if file else None
 
     def closure(self, name: str) -> Closure:
         value = self._value(name)
@@ -76,16 +87,16 @@ class NodeInputs:
 
     def discrete(self, value: Array) -> Array:
         self._settled += 1
-        return self.evaluation.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
+        return self.state.settle((self.scope.path, str(self.node.getNamePath()), self._settled), np.asarray(value))
 
     def skipped(self, value: Array) -> Array:
         key = (self.scope.path, str(self.node.getNamePath()), self._settled)
-        exact = None if self.evaluation.exact is None else self.evaluation.exact.discrete.varying.get(key)
+        exact = None if self.state.exact is None else self.state.exact.discrete.varying.get(key)
         return np.asarray(np.zeros(value.shape, bool) if exact is None else np.abs(value - exact) > 1.0)
 
     @property
     def level(self) -> float:
-        return self.evaluation.move.level
+        return self.state.perturbation.level
 
     def is_connected(self, name: str) -> bool:
         given = self.node.getInput(name)
@@ -101,13 +112,12 @@ class NodeInputs:
         return definition is not None and definition.getActiveInput("weight") is not None
 
     def deviates(self, deviation: Deviation) -> bool:
-        self.evaluation.met.add(deviation)
-        return deviation in self.evaluation.deviations
+        self.state.met.add(deviation)
+        return deviation in self.state.deviations
 
     def note(self, facets: Facets) -> None:
-        self.evaluation.lobes.append(facets)
+        self.state.lobes.append(facets)
 
     def _value(self, name: str, *, stored: bool = False) -> Value | None:
-        evaluation, at = self.evaluation, (self.node, self.definition, name, self.scope, self.light)
-        key = name, stored, self.light.mode
-        return evaluation.values.input(key, lambda: evaluation.input_value(*at, stored=stored))
+        at = self.node, self.definition, name, self.scope, self.light
+        return self.state.values.input((name, stored, self.light.mode), lambda: self.input_value(*at, stored=stored))

@@ -1,4 +1,4 @@
-"""Where and how a surface is looked at: the samples of an evaluation."""
+"""The samples of an evaluation: points of a surface, and the directions that they are looked at and lit from."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ class ShadingPoints:
         """The number of samples."""
         return len(self.view)
 
-    def moved(self, view: Array | float = 0.0, light: Array | float = 0.0) -> ShadingPoints:
-        """The same samples with the directions moved by these vectors."""
+    def perturbed(self, view: Array | float = 0.0, light: Array | float = 0.0) -> ShadingPoints:
+        """The same samples with these vectors added to the directions."""
         return replace(self, view=self.view + view, light=self.light + light)
 
     def part(self, where: slice) -> ShadingPoints:

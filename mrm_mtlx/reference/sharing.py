@@ -1,7 +1,7 @@
-"""Values that evaluations of the same samples share: an exact one's, where a move by a rounding does not touch them.
+"""Values that evaluations of the same samples share: an exact one's, where a perturbation does not touch them.
 
-Each value is noted with what it is made of: the names of directions and parts that were asked for while it was
-evaluated (`rounding.Move.touches`). Numbers of the document are in everything.
+Each value is noted with what it is made of: the directions and quantities that were asked for while it was evaluated
+(`rounding.Perturbation.touches`). Numbers of the document are in everything.
 """
 
 from __future__ import annotations
@@ -10,13 +10,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, cast
 
 from mrm_mtlx.reference.closures import Light
-from mrm_mtlx.reference.float32.rounding import EXACT, LIGHT_DIRECTION, VIEW, Move
+from mrm_mtlx.reference.float32.rounding import EXACT, Direction, Perturbation
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from mrm_mtlx.reference.float32.rounding import Ingredient, Quantity
+
 _Result = TypeVar("_Result")
 Key: TypeAlias = "tuple[object, ...]"
+
+_DIRECTIONS = {direction.value: direction for direction in Direction}
 
 
 @dataclass(frozen=True)
@@ -24,34 +28,34 @@ class Known(Generic[_Result]):
     """A value, and what it is made of."""
 
     value: _Result
-    needs: frozenset[str]
+    needs: frozenset[Ingredient]
 
 
 @dataclass
 class Values:
     """What an evaluation knows: values by key, as they are asked for.
 
-    `exact`: of the exact evaluation of the same samples, from which is taken what the move does not touch.
+    `exact`: of the exact evaluation of the same samples, from which is taken what the perturbation does not touch.
     """
 
-    move: Move = EXACT
+    perturbation: Perturbation = EXACT
     exact: Values | None = None
     _known: dict[Key, Known[Any]] = field(default_factory=dict)
     # Keys of the values that are being evaluated, innermost last, and what they are made of as far as that is known.
-    _open: list[tuple[Key, set[str]]] = field(default_factory=lambda: [((), set())])
+    _open: list[tuple[Key, set[Ingredient]]] = field(default_factory=lambda: [((), set())])
 
     @property
-    def needs(self) -> frozenset[str]:
+    def needs(self) -> frozenset[Ingredient]:
         """What the value that is being evaluated is made of so far."""
         return frozenset(self._open[-1][1])
 
-    def note(self, needs: Iterable[str]) -> None:
+    def note(self, needs: Iterable[Ingredient]) -> None:
         """Note what the value that is being evaluated is made of."""
         self._open[-1][1].update(needs)
 
     def find(self, key: Key) -> Known[Any] | None:
         """What is known by a key, of this evaluation or of the exact one."""
-        return self._known.get(key) or self._unmoved(key)
+        return self._known.get(key) or self._unperturbed(key)
 
     def make(self, key: Key, function: Callable[[], _Result]) -> Known[_Result]:
         """What the function gives, known by this key from now on."""
@@ -71,18 +75,18 @@ class Values:
         """As `input`, of an intermediate result: it is made of all that has been asked for before, too."""
         return self._shared(name, set(self._open[-1][1]), function)
 
-    def _shared(self, name: object, needs: set[str], function: Callable[[], _Result]) -> _Result:
+    def _shared(self, name: object, needs: set[Ingredient], function: Callable[[], _Result]) -> _Result:
         key = (*self._open[-1][0], name)
-        known = self._unmoved(key) or self._evaluated(key, needs, function)
+        known = self._unperturbed(key) or self._evaluated(key, needs, function)
         if self.exact is None:
             self._known[key] = known
         return cast("_Result", self.take(known))
 
-    def _unmoved(self, key: Key) -> Known[Any] | None:
+    def _unperturbed(self, key: Key) -> Known[Any] | None:
         known = None if self.exact is None else self.exact._known.get(key)
-        return None if known is None or self.move.touches(known.needs) else known
+        return None if known is None or self.perturbation.touches(known.needs) else known
 
-    def _evaluated(self, key: Key, needs: set[str], function: Callable[[], _Result]) -> Known[_Result]:
+    def _evaluated(self, key: Key, needs: set[Ingredient], function: Callable[[], _Result]) -> Known[_Result]:
         self._open.append((key, needs))
         value = function()
         self._open.pop()
@@ -91,20 +95,20 @@ class Values:
 
 @dataclass(frozen=True)
 class NotingLight(Light):
-    """A light that notes which of its directions and parts were asked for, and keeps intermediate results."""
+    """A light that notes which of its directions and quantities were asked for, and keeps intermediate results."""
 
     values: Values = field(kw_only=True)
 
     def __getattribute__(self, name: str) -> Any:
         """The attribute; that it is a direction is noted."""
-        if name in (VIEW, LIGHT_DIRECTION):
-            self.values.note((name,))
+        if name in _DIRECTIONS:
+            self.values.note((_DIRECTIONS[name],))
         return super().__getattribute__(name)
 
-    def moves(self, part: str) -> bool:
-        """See `Light`; the part is noted."""
-        self.values.note((part,))
-        return super().moves(part)
+    def perturbs(self, quantity: Quantity) -> bool:
+        """See `Light`; the quantity is noted."""
+        self.values.note((quantity,))
+        return super().perturbs(quantity)
 
     def kept(self, name: str, function: Callable[[], _Result]) -> _Result:
         """See `Light`."""

@@ -14,23 +14,26 @@ from mrm_mtlx.documents.graph import Scope, connected_node, shown
 from mrm_mtlx.reference.closures import Facets, Model
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.display import CHANNELS, SHADERS, displayed
-from mrm_mtlx.reference.evaluation import LIGHT, Evaluation, Illumination
+from mrm_mtlx.reference.evaluation import Evaluation
 from mrm_mtlx.reference.float32.rounding import (
     EXACT,
     OUTPUT_ROUNDINGS,
     SMALLEST,
     UNIT,
-    Move,
+    Perturbation,
+    Quantity,
     Tolerance,
-    channel_moves,
+    channel_perturbations,
     farthest,
-    moves,
     on_the_way,
-    opposite_moves,
-    range_moves,
+    opposite_perturbations,
+    perturbations,
+    range_perturbations,
 )
+from mrm_mtlx.reference.models import Contents
 from mrm_mtlx.reference.nodes import ShaderValue
 from mrm_mtlx.reference.points import ShadingPoints
+from mrm_mtlx.reference.state import LIGHT, Illumination
 from mrm_mtlx.reference.survey import Survey, UnsupportedError
 
 if TYPE_CHECKING:
@@ -44,14 +47,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Traits:
-    """What a surface is made of.
+    """Lobes, geometry and other contents of a surface.
 
     Attributes
     ----------
     lobes
         Its microfacet lobes, with their parameters; in the graph's order.
-    foreign
-        What of its response OSL's renderers have as another model; empty for `Model.HARDWARE`.
+    contents
+        Those of its response; nothing for `Model.HARDWARE`.
     geometry
         What of the shading frame (see `nodes.Inputs.frame`) it depends on.
     properties
@@ -59,7 +62,7 @@ class Traits:
     """
 
     lobes: list[Facets]
-    foreign: frozenset[str]
+    contents: Contents
     geometry: frozenset[str]
     properties: Mapping[str, str]
 
@@ -120,33 +123,35 @@ class Surface:
         if survey.unknown:
             raise UnsupportedError(sorted(survey.unknown))
 
-    def response(self, points: ShadingPoints, move: Move = EXACT) -> Array:
+    def response(self, points: ShadingPoints, perturbation: Perturbation = EXACT) -> Array:
         """Radiance per unit irradiance of one light, the cosine of l included, shape (samples, 3), float64.
 
-        Emission is left out. `move` displaces the evaluation by a rounding error; see `rounding`.
+        Emission is left out. `perturbation` is one of the evaluation by a rounding error; see `float32.rounding`.
         """
 
         def reflected(part: ShadingPoints) -> Array:
             dark = Illumination(light=False)
-            return self._color(part, LIGHT, move) - self._color(part, dark, move)
+            return self._color(part, LIGHT, perturbation) - self._color(part, dark, perturbation)
 
         return _in_blocks(reflected, points)
 
-    def shade(self, points: ShadingPoints, illumination: Illumination = LIGHT, move: Move = EXACT) -> Array:
-        """What a hardware shader writes: reflected, transmitted and emitted light times the opacity, (samples, 3).
+    def shade(
+        self, points: ShadingPoints, illumination: Illumination = LIGHT, perturbation: Perturbation = EXACT
+    ) -> Array:
+        """Colour that hardware shaders write: reflected, transmitted and emitted light times the opacity, (samples, 3).
 
         Of an output that is no shader, its value as a colour; (samples, 4) if that has an alpha.
         """
-        return _in_blocks(lambda part: self._color(part, illumination, move), points)
+        return _in_blocks(lambda part: self._color(part, illumination, perturbation), points)
 
     def traits(self, points: ShadingPoints) -> Traits:
-        """What is met while these points are evaluated under a light."""
+        """The traits that are met while these points are evaluated under a light."""
         evaluation = self._evaluation(points, LIGHT, EXACT)
         value = self._value(evaluation)
-        foreign = value.foreign if isinstance(value, ShaderValue) else frozenset()
+        contents = value.contents if isinstance(value, ShaderValue) else Contents()
         return Traits(
             evaluation.lobes,
-            foreign | evaluation.foreign,
+            contents | Contents(nodes=frozenset(evaluation.other_numbers)),
             frozenset(evaluation.used),
             evaluation.asked,
         )
@@ -167,8 +172,8 @@ class Surface:
     def tolerance(self, points: ShadingPoints, illumination: Illumination = LIGHT) -> Tolerance:
         """The expected colour, `shade`, and by how much a float32 evaluation may miss it.
 
-        allowed = sum over the moves of factor * |shade(moved) - shade| + OUTPUT_ROUNDINGS units of the magnitudes; of
-        the places in a range, the farthest one.
+        allowed = sum over the perturbations of factor * |shade(perturbed) - shade| + OUTPUT_ROUNDINGS units of the
+        magnitudes; of the places in a range, the farthest one.
         """
 
         def both(part: ShadingPoints) -> Array:
@@ -183,45 +188,53 @@ class Surface:
         allowed = OUTPUT_ROUNDINGS * UNIT * np.abs(expected) + SMALLEST
         self.met |= exact.met
         is_lit = illumination.light and not self.is_pattern
-        chosen = [move for move in moves(self._model) if is_lit or np.ndim(move.light) == 0]
+        chosen = [one for one in perturbations(self._model) if is_lit or np.ndim(one.light) == 0]
         if exact.discrete.varying:  # a comparison or a floor: roundings may tip it to either side
-            chosen += opposite_moves()
+            chosen += opposite_perturbations()
 
-        def off_by(move: Move) -> Array:
-            moved = self._color(points, illumination, move, exact)
+        def off_by(perturbation: Perturbation) -> Array:
+            perturbed = self._color(points, illumination, perturbation, exact)
             with np.errstate(invalid="ignore"):
-                by = np.where(moved == expected, 0.0, moved - expected)
+                by = np.where(perturbed == expected, 0.0, perturbed - expected)
             # What a rounding makes undefined may be anything.
-            return move.factor * np.where(np.isnan(by), np.inf, by)
+            return perturbation.factor * np.where(np.isnan(by), np.inf, by)
 
-        def moved_by(move: Move) -> Array:
-            return np.abs(off_by(move))
+        def size(perturbation: Perturbation) -> Array:
+            return np.abs(off_by(perturbation))
 
-        for move in chosen:
-            by = moved_by(move)
-            if move.part == "functions":
-                by = np.maximum.reduce([by, *(moved_by(pattern) for pattern in channel_moves())])
+        for perturbation in chosen:
+            by = size(perturbation)
+            if perturbation.quantity is Quantity.FUNCTIONS:
+                by = np.maximum.reduce([by, *(size(pattern) for pattern in channel_perturbations())])
             allowed = allowed + by
-        least, most = range_moves()
-        if np.any(moved_by(least)):
-            ends = [farthest(np.stack([off_by(move) for move in on_the_way(end)])) for end in (least, most)]
+        least, most = range_perturbations()
+        if np.any(size(least)):
+            ends = [farthest(np.stack([off_by(place) for place in on_the_way(end)])) for end in (least, most)]
         else:  # what is off to one side alone enters in proportion
-            ends = [moved_by(most)]
+            ends = [size(most)]
         return expected, allowed + np.maximum.reduce(ends)
 
     def _evaluation(
-        self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Evaluation | None = None
+        self,
+        points: ShadingPoints,
+        illumination: Illumination,
+        perturbation: Perturbation,
+        exact: Evaluation | None = None,
     ) -> Evaluation:
-        moved = points.moved(move.view, move.light)
-        return Evaluation(moved, move, self._model, illumination, self._images, self._deviations, exact)
+        points = points.perturbed(perturbation.view, perturbation.light)
+        return Evaluation(points, perturbation, self._model, illumination, self._images, self._deviations, exact)
 
     def _color(
-        self, points: ShadingPoints, illumination: Illumination, move: Move, exact: Evaluation | None = None
+        self,
+        points: ShadingPoints,
+        illumination: Illumination,
+        perturbation: Perturbation,
+        exact: Evaluation | None = None,
     ) -> Array:
-        return self._result(self._evaluation(points, illumination, move, exact))
+        return self._result(self._evaluation(points, illumination, perturbation, exact))
 
     def _result(self, evaluation: Evaluation) -> Array:
-        """What is shown, shape (samples, channels)."""
+        """The colour that is shown, shape (samples, channels)."""
         color = displayed(self._value(evaluation), self._kind)
         return np.ascontiguousarray(np.broadcast_to(color, (len(color), len(evaluation.points))).T)
 
@@ -232,7 +245,7 @@ class Surface:
             return evaluation.node_value(*self._root, self._scope, evaluation.light)
 
     def _is_black(self, evaluation: Evaluation) -> bool:
-        """Whether it is a material of a definition of its own that deviates from what the definition says."""
+        """Whether it is a material of a definition of its own, which hardware targets show as black."""
         node = None if self._root is None else self._root[0]
         if node is None or node.getType() != "material" or node.getCategory() == "surfacematerial":
             return False

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.reference import Model, ShadingPoints, Surface, UnsupportedError
-from mrm_mtlx.reference.closures import ORDINARY, RETROREFLECTIVE
+from mrm_mtlx.reference.models import LobeKind
 from mrm_mtlx.shadergen import OslMode, generate
 from mrm_mtlx.validation import sampling
 from mrm_mtlx.validation.comparison import compare
@@ -48,8 +48,7 @@ def compare_in_osl(
         return "it is no shader, and a renderer of OSL shows closures alone"
     traits = surface.traits(sampling.shading_points(rng, *sampling.sample_local(rng, 64)))
     lobes = [shape_of(facets) for facets in traits.lobes if not facets.off]
-    kinds = traits.foreign & {ORDINARY, RETROREFLECTIVE}
-    other = sorted(traits.foreign - kinds)
+    kinds, other = traits.contents.lobes, traits.contents.unsupported
     if other:
         return f"its {' and '.join(other)} {'are' if other[1:] else 'is'} another model in OSL's renderers"
     if len(kinds) > 1:
@@ -61,7 +60,7 @@ def compare_in_osl(
         return f"a lobe is narrower than {bench.narrowest_alpha}, which renderers of OSL cannot hold in float32"
     points = sun_points(rng, -(-samples // (_SHARE * len(ANGLES_DEG))), lobes)
     together = ShadingPoints.joined(points)
-    mode = bench.exact_mode if RETROREFLECTIVE in kinds else OslMode.ALIGNED
+    mode = bench.exact_mode if LobeKind.RETROREFLECTIVE in kinds else OslMode.ALIGNED
     program = bench.compile(generate(element, "osl", library, mode).sources["pixel"], "document")
     seen = replace(together, normal=bench.true_normals(together.normal).astype(float))
     found = program.direct_light_by_groups(together.normal, {}, [group.light for group in points])

@@ -11,21 +11,22 @@ from mrm_mtlx.reference import ROUNDING_FACTOR, Model, Surface, Tolerance
 from mrm_mtlx.reference.float32 import rounding
 from mrm_mtlx.reference.float32.rounding import (
     EXACT,
-    PARTS,
     PATTERNS,
-    Move,
+    QUANTITIES,
+    Perturbation,
+    Quantity,
     farthest,
-    moves,
     on_the_way,
-    opposite_moves,
-    range_moves,
+    opposite_perturbations,
+    perturbations,
+    range_perturbations,
     value_sign,
 )
 
 # Relative error of one correctly rounded operation in float32.
 UNIT = float(np.finfo(np.float32).eps) / 2.0
 
-# Share of the samples in which a movement has to show.
+# Share of the samples in which a change has to show.
 MOST = 0.5
 
 METAL = (
@@ -104,26 +105,26 @@ def test_the_unit_is_that_of_float32():
 
 
 @pytest.mark.parametrize("model", list(Model))
-def test_there_is_a_move_for_each_direction_the_numbers_and_each_delicate_part(model):
-    all_moves = list(moves(model))
-    assert sum(np.ndim(m.view) == 1 for m in all_moves) == 3
-    assert sum(np.ndim(m.light) == 1 for m in all_moves) == 3
-    assert [m.values for m in all_moves if m.values] == list(PATTERNS)
-    assert [m.part for m in all_moves if m.part] == list(PARTS[model])
-    assert len(set(PARTS[model])) == len(PARTS[model])
-    assert all(m != EXACT for m in all_moves if not np.ndim(m.view) and not np.ndim(m.light))
+def test_there_is_a_perturbation_for_each_direction_the_numbers_and_each_quantity(model):
+    every = list(perturbations(model))
+    assert sum(np.ndim(m.view) == 1 for m in every) == 3
+    assert sum(np.ndim(m.light) == 1 for m in every) == 3
+    assert [m.values for m in every if m.values] == list(PATTERNS)
+    assert [m.quantity for m in every if m.quantity] == list(QUANTITIES[model])
+    assert len(set(QUANTITIES[model])) == len(QUANTITIES[model])
+    assert all(m != EXACT for m in every if not np.ndim(m.view) and not np.ndim(m.light))
     assert ROUNDING_FACTOR > 1.0
 
 
-def test_every_move_is_allowed_the_same_number_of_roundings():
-    for move in (*moves(), *opposite_moves()):
-        size = abs(move.step) / UNIT if move.values else 1.0
-        assert size * move.factor == ROUNDING_FACTOR
+def test_every_perturbation_is_allowed_the_same_number_of_roundings():
+    for perturbation in (*perturbations(), *opposite_perturbations()):
+        size = abs(perturbation.step) / UNIT if perturbation.values else 1.0
+        assert size * perturbation.factor == ROUNDING_FACTOR
 
 
-def test_the_opposite_moves_are_those_of_the_numbers_with_the_other_sign():
-    forth = [m for m in moves() if m.values]
-    assert [(m.values, -m.step) for m in opposite_moves()] == [(m.values, m.step) for m in forth]
+def test_the_opposite_perturbations_are_those_of_the_numbers_with_the_other_sign():
+    forth = [m for m in perturbations() if m.values]
+    assert [(m.values, -m.step) for m in opposite_perturbations()] == [(m.values, m.step) for m in forth]
 
 
 def test_any_two_numbers_within_a_stretch_of_eight_differ_in_a_pattern():
@@ -135,10 +136,10 @@ def test_any_two_numbers_within_a_stretch_of_eight_differ_in_a_pattern():
 
 
 # Relative. One rounding of a direction moves a lobe of alpha 0.3 by 2 u / alpha, a cosine above 0.1 by 10 u.
-ONE_MOVE = 100 * UNIT
+ONE_ROUNDING = 100 * UNIT
 
 
-def test_every_move_is_a_rounding_and_directions_and_numbers_move_every_metal(
+def test_every_perturbation_is_a_rounding_and_those_of_directions_and_numbers_change_every_metal(
     surface_document, turned_points, rng, direction_pairs
 ):
     document = surface_document(METAL.format(0.3))
@@ -146,10 +147,10 @@ def test_every_move_is_a_rounding_and_directions_and_numbers_move_every_metal(
     steep = (v[:, 2] > 0.1) & (l[:, 2] > 0.1) & (v[:, 2] < 0.9)
     surface, points = Surface(document.getNode("m")), turned_points(rng, v[steep], l[steep])
     exact = surface.response(points)
-    for move in moves():
-        moved = np.max(np.abs(surface.response(points, move) - exact) / exact, axis=-1)
-        assert np.max(moved) * move.factor < ONE_MOVE * ROUNDING_FACTOR
-        if not move.part:
+    for perturbation in perturbations():
+        moved = np.max(np.abs(surface.response(points, perturbation) - exact) / exact, axis=-1)
+        assert np.max(moved) * perturbation.factor < ONE_ROUNDING * ROUNDING_FACTOR
+        if not perturbation.quantity:
             assert np.mean(moved > 0.0) > MOST
 
 
@@ -230,21 +231,21 @@ def test_where_the_half_vector_is_known_no_more_is_allowed_for_it(
     v, l = direction_pairs(rng, 400)
     apart = (np.linalg.norm(v + l, axis=1) > 0.5) & (v[:, 2] > 0.05) & (l[:, 2] > 0.05)
     surface, points = Surface(document.getNode("m")), turned_points(rng, v[apart], l[apart])
-    exact, most = surface.response(points), surface.response(points, Move(part="most"))
+    exact, most = surface.response(points), surface.response(points, Perturbation(quantity=Quantity.MOST))
     assert np.max((most - exact) / exact) < 1e-5
 
 
-def test_a_move_of_the_wrong_size_is_seen(surface_document, turned_points, rng, direction_pairs):
+def test_a_perturbation_of_the_wrong_size_is_seen(surface_document, turned_points, rng, direction_pairs):
     document = surface_document(METAL.format(0.3))
     surface, points = Surface(document.getNode("m")), turned_points(rng, *direction_pairs(rng, 400))
     exact = surface.response(points)
-    moved = np.abs(surface.response(points, Move(view=1000.0 * UNIT * np.eye(3)[0])) - exact) / exact
-    assert np.mean(np.max(moved, axis=-1) > ONE_MOVE) > MOST
+    moved = np.abs(surface.response(points, Perturbation(view=1000.0 * UNIT * np.eye(3)[0])) - exact) / exact
+    assert np.mean(np.max(moved, axis=-1) > ONE_ROUNDING) > MOST
 
 
 @pytest.mark.parametrize("top", [0.3, 0.47, 0.99, 2.0])
 def test_a_parabola_is_met_between_the_steps_on_the_way(top):
-    way = np.array([move.share for move in on_the_way(next(iter(range_moves())))])
+    way = np.array([perturbation.share for perturbation in on_the_way(next(iter(range_perturbations())))])
     off = way * (2.0 * top - way)
     fine = np.linspace(0.0, 1.0, 10001)
     highest = np.max(np.abs(fine * (2.0 * top - fine)))

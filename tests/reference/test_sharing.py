@@ -1,4 +1,4 @@
-"""A moved evaluation takes from the exact one what the move does not touch, and nothing else."""
+"""A perturbed evaluation takes from the exact one what the perturbation does not touch, and nothing else."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import pytest
 from mrm_mtlx.reference import Environment, Illumination, Surface
 from mrm_mtlx.reference.float32.rounding import (
     EXACT,
-    LIGHT_DIRECTION,
     OUTPUT_ROUNDINGS,
-    PARTS,
+    QUANTITIES,
     SMALLEST,
     UNIT,
-    VIEW,
+    Direction,
     Model,
-    Move,
-    channel_moves,
-    moves,
-    opposite_moves,
-    range_moves,
+    Perturbation,
+    Quantity,
+    channel_perturbations,
+    opposite_perturbations,
+    perturbations,
+    range_perturbations,
 )
 from mrm_mtlx.reference.sharing import Values
 
@@ -96,24 +96,27 @@ def points(turned_points, rng, direction_pairs):
 
 
 def evaluated_anew(surface, points, illumination, model=Model.HARDWARE):
-    """What a tolerance is, every move evaluating the whole graph."""
+    """What a tolerance is, every perturbation evaluating the whole graph."""
     exact = surface._evaluation(points, illumination, EXACT)
     expected = surface._result(exact)
     exact.values = Values()
-    chosen = [m for m in moves(model) if illumination.light or not np.any(m.light)]
+    chosen = [m for m in perturbations(model) if illumination.light or not np.any(m.light)]
     allowed = OUTPUT_ROUNDINGS * UNIT * np.abs(expected) + SMALLEST
-    for move in [*chosen, *(opposite_moves() if exact.discrete.varying else ())]:
-        together = [move, *(channel_moves() if move.part == "functions" else ())]
-        allowed = allowed + move.factor * np.max(
+    for perturbation in [*chosen, *(opposite_perturbations() if exact.discrete.varying else ())]:
+        together = [perturbation, *(channel_perturbations() if perturbation.quantity is Quantity.FUNCTIONS else ())]
+        allowed = allowed + perturbation.factor * np.max(
             [np.abs(surface._color(points, illumination, m, exact) - expected) for m in together], axis=0
         )
-    ends = (np.abs(surface._color(points, illumination, move, exact) - expected) for move in range_moves())
+    ends = (
+        np.abs(surface._color(points, illumination, perturbation, exact) - expected)
+        for perturbation in range_perturbations()
+    )
     return expected, allowed + np.maximum(*ends)
 
 
 @pytest.mark.parametrize("illumination", [LIT, AROUND], ids=["lit", "around"])
 @pytest.mark.parametrize("name", SURFACES)
-def test_a_tolerance_is_digit_by_digit_that_of_moves_evaluated_anew(surface, points, name, illumination):
+def test_a_tolerance_is_digit_by_digit_that_of_perturbations_evaluated_anew(surface, points, name, illumination):
     found = surface(name).tolerance(points, illumination)
     expected, allowed = evaluated_anew(surface(name), points, illumination)
     assert np.array_equal(found.expected, expected)
@@ -126,7 +129,7 @@ def test_so_it_is_in_the_model_of_oslclosures(surface, points):
     assert np.array_equal(found.allowed, allowed)
 
 
-@pytest.mark.parametrize("need", [VIEW, LIGHT_DIRECTION, "most", *PARTS[Model.HARDWARE]])
+@pytest.mark.parametrize("need", [Direction.VIEW, Direction.LIGHT, Quantity.MOST, *QUANTITIES[Model.HARDWARE]])
 def test_what_is_not_noted_is_missing_from_some_tolerance(surface, points, monkeypatch, need):
     right = {name: evaluated_anew(surface(name), points, LIT)[1] for name in SURFACES}
     note = Values.note
@@ -135,8 +138,8 @@ def test_what_is_not_noted_is_missing_from_some_tolerance(surface, points, monke
     assert any(not np.array_equal(right[name], wrong[name]) for name in SURFACES)
 
 
-def test_what_a_move_does_not_touch_is_not_evaluated(surface, points, monkeypatch):
-    """Pattern nodes do not depend on directions: of 6 + 6 + 4 + 4 moves and the exact evaluation, few meet noise."""
+def test_what_a_perturbation_does_not_touch_is_not_evaluated(surface, points, monkeypatch):
+    """Pattern nodes do not depend on directions: of 20 perturbations and the exact evaluation, few meet noise."""
     from mrm_mtlx.reference.textures import noise as noise_functions
 
     count = 0
@@ -149,27 +152,27 @@ def test_what_a_move_does_not_touch_is_not_evaluated(surface, points, monkeypatc
 
     monkeypatch.setattr(noise_functions, "fractal_noise", counted)
     surface("patterns").tolerance(points)
-    assert count == 1 + 1 + 4 + 4  # exactly, the part "functions", the numbers, and with the opposite signs
+    assert count == 1 + 1 + 4 + 4  # exactly, functions, the numbers, and these with the opposite signs
 
 
 def test_a_value_is_what_it_takes():
     values = Values()
-    inner = values.make(("inner",), lambda: values.note({VIEW}))
+    inner = values.make(("inner",), lambda: values.note({Direction.VIEW}))
     outer = values.make(("outer",), lambda: values.take(inner))
-    assert outer.needs == {VIEW}
-    moved = Values(Move(view=UNIT * np.eye(3)[0]), values)
+    assert outer.needs == {Direction.VIEW}
+    moved = Values(Perturbation(view=UNIT * np.eye(3)[0]), values)
     assert moved.find(("outer",)) is None
-    assert Values(Move(light=UNIT * np.eye(3)[0]), values).find(("outer",)) is outer
-    assert Values(Move(values=1), values).find(("outer",)) is None
+    assert Values(Perturbation(light=UNIT * np.eye(3)[0]), values).find(("outer",)) is outer
+    assert Values(Perturbation(values=1), values).find(("outer",)) is None
 
 
 def test_an_intermediate_result_is_made_of_what_was_asked_for_before():
     values = Values()
 
     def node() -> int:
-        values.note({VIEW})
+        values.note({Direction.VIEW})
         return values.kept("square", lambda: 2) + values.input("in", lambda: 1)
 
     values.make(("node",), node)
     known = {key[-1]: value.needs for key, value in values._known.items()}
-    assert known == {"square": {VIEW}, "in": frozenset(), "node": {VIEW}}
+    assert known == {"square": {Direction.VIEW}, "in": frozenset(), "node": {Direction.VIEW}}

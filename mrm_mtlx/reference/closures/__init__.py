@@ -9,7 +9,7 @@ Everything that MaterialX 1.39.5 does and the papers do not say is in this packa
 * colours are clamped from below at 0; a weight under 1e-8 switches a lobe off;
 * BSDFs are evaluated in three modes (`light.Mode`), whose results are added.
 
-Where `light.part` names a quantity, it is taken at the edge of the error that float32 gives it (`precision`).
+A quantity that `light.perturbs` is taken at the edge of the error that float32 gives it (`float32.precision`).
 
 Arrays: directions, colours and frames have the component first, shape (3, samples); scalars (samples,) or ().
 """
@@ -20,8 +20,6 @@ from mrm_mtlx.reference.closures.hair import Fibre, chiang_hair
 from mrm_mtlx.reference.closures.light import EPSILON, Closure, Environment, Light, Mode, nothing, opaque
 from mrm_mtlx.reference.closures.medium import absorbing
 from mrm_mtlx.reference.closures.microfacet import (
-    ORDINARY,
-    RETROREFLECTIVE,
     Facets,
     conductor,
     dielectric,
@@ -32,8 +30,6 @@ from mrm_mtlx.reference.models import Model
 
 __all__ = [
     "EPSILON",
-    "ORDINARY",
-    "RETROREFLECTIVE",
     "Closure",
     "Environment",
     "Facets",

@@ -1,4 +1,4 @@
-"""How BSDFs are put together: layered, mixed, added, scaled; each on the pair (response, throughput)."""
+"""BSDFs put together: layered, mixed, added, scaled; each on the pair (response, throughput)."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.closures.light import Closure
-from mrm_mtlx.reference.models import Model
+from mrm_mtlx.reference.models import NOTHING, Contents, Feature, Model
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
+
+_LAYER = Contents(features=frozenset({Feature.LAYER}))
 
 
 def layer(top: Closure, base: Closure, model: Model = Model.HARDWARE) -> Closure:
@@ -18,16 +20,16 @@ def layer(top: Closure, base: Closure, model: Model = Model.HARDWARE) -> Closure
 
     Renderers of OSL scale by albedos of their own, so that only a top that is not there is the same with them.
     """
-    foreign = top.foreign | base.foreign
+    contents = top.contents | base.contents
     if model is Model.CLOSURES and np.any(top.throughput != 1.0):
-        foreign |= {"layer"}
-    return Closure(top.response + base.response * top.throughput, top.throughput * base.throughput, foreign)
+        contents |= _LAYER
+    return Closure(top.response + base.response * top.throughput, top.throughput * base.throughput, contents)
 
 
 def layer_medium(top: Closure, medium: Closure, model: Model = Model.HARDWARE) -> Closure:
     """A BSDF over the medium below its surface, which dims what comes through."""
-    foreign = top.foreign | ({"layer"} if model is Model.CLOSURES else frozenset())
-    return Closure(top.response * medium.throughput, top.throughput * medium.throughput, foreign)
+    contents = top.contents | _LAYER if model is Model.CLOSURES else top.contents
+    return Closure(top.response * medium.throughput, top.throughput * medium.throughput, contents)
 
 
 def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
@@ -61,7 +63,7 @@ def _premultiplied(closure: Closure, amount: Array, weighted: bool) -> Closure:
 def add(first: Closure, second: Closure) -> Closure:
     """The sum of two BSDFs; their albedos add, so the throughput is t1 + t2 - 1, not below 0."""
     throughput = np.maximum(first.throughput + second.throughput - 1.0, 0.0)
-    return Closure(first.response + second.response, throughput, first.foreign | second.foreign)
+    return Closure(first.response + second.response, throughput, first.contents | second.contents)
 
 
 def multiply(closure: Closure, factor: Array) -> Closure:
@@ -70,5 +72,5 @@ def multiply(closure: Closure, factor: Array) -> Closure:
     return Closure(closure.response * tint, closure.throughput, _seen(closure, tint))
 
 
-def _seen(closure: Closure, amount: Array) -> frozenset[str]:
-    return closure.foreign if np.any(amount != 0.0) else frozenset()
+def _seen(closure: Closure, amount: Array) -> Contents:
+    return closure.contents if np.any(amount != 0.0) else NOTHING

@@ -25,8 +25,8 @@ from mrm_mtlx.reference.closures.light import (
 from mrm_mtlx.reference.float32 import precision
 from mrm_mtlx.reference.float32.intermediates import Perturbed
 from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, SINE_ERROR, exponential_error, widened
-from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR
-from mrm_mtlx.reference.models import Model
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, Quantity
+from mrm_mtlx.reference.models import Contents, Feature, Model
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -38,6 +38,8 @@ _STEPS = 32
 # Mean free paths are taken to be at least so long.
 _SHORTEST_PATH = 0.1
 
+_ROUGH = Contents(features=frozenset({Feature.ROUGH_DIFFUSE}))
+
 
 def oren_nayar(
     light: Light, weight: Array, color: Array, roughness: Array, normal: Array, energy_compensation: Array
@@ -47,7 +49,7 @@ def oren_nayar(
         return opaque(np.zeros((3, 1)))
     n = facing(normal, light.v)
     cos_v = cosine(n, light.v)
-    within = Perturbed(arc_cosine_error=precision.ARCCOS_ERROR) if light.moves("reflectance") else EXACT
+    within = Perturbed(arc_cosine_error=precision.ARCCOS_ERROR) if light.perturbs(Quantity.REFLECTANCE) else EXACT
     if light.mode is Mode.INDIRECT:
         compensated = diffuse.compensated_oren_nayar_albedo(cos_v, roughness, color, intermediates=within)
         plain = color * light.numbers.oren_nayar_albedo.albedo(cos_v, roughness)
@@ -59,7 +61,7 @@ def oren_nayar(
         seen = np.where(energy_compensation, compensated, plain) * cos_l
     # Cycles has an Oren-Nayar model of its own, neither of these two; without roughness all are Lambert's.
     other = light.model is Model.CLOSURES and np.any(roughness != 0.0)
-    return replace(_weighted(seen, weight), foreign=frozenset({"rough oren_nayar_diffuse_bsdf"} if other else ()))
+    return replace(_weighted(seen, weight), contents=_ROUGH) if other else _weighted(seen, weight)
 
 
 def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: Array) -> Closure:
@@ -76,8 +78,8 @@ def burley(light: Light, weight: Array, color: Array, roughness: Array, normal: 
     def lobe(beside: Array | float = 0.0) -> Array:
         return diffuse.burley(cos_v, cos_l, np.sqrt(np.maximum(np.square(l_h) + beside, 0.0)), roughness)
 
-    if light.moves("reflectance"):
-        # The square of l.h does not move in proportion to the half-vector where it is 0.
+    if light.perturbs(Quantity.REFLECTANCE):
+        # The square of l.h does not follow the half-vector in proportion where it is 0.
         seen = widened(lobe, beside=np.square(precision.half_vector_error(light.v, light.l)))
     else:
         seen = lobe()
@@ -100,7 +102,7 @@ def translucent(light: Light, weight: Array, color: Array, normal: Array) -> Clo
 def subsurface(light: Light, weight: Array, color: Array, radius: Array, normal: Array) -> Closure:
     """`subsurface_bsdf` of a flat surface; throughput 0.
 
-    Diffusion over a sphere instead of transport through the volume; in surroundings, plain diffuse reflection.
+    Diffusion over a sphere instead of transport through the volume; of an environment, plain diffuse reflection.
     """
     if _dark(light, weight):
         return opaque(np.zeros((3, 1)))
@@ -130,18 +132,18 @@ def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
     def mean(angle: Array | float = 0.0) -> Array:
         return np.asarray(sum(w * lit(arc, angle) for w, arc in zip(weights, arcs, strict=True)) / (total * np.pi))
 
-    if not light.moves("functions"):
+    if not light.perturbs(Quantity.FUNCTIONS):
         return mean()
     # Of the steps, each on its own: the cosine, and the weight through the chord's sine and the profile's exponentials,
     # of which the slower one matters. A weight counts by how far its cosine is from the mean of all.
     exact = mean() * np.pi
-    moved = np.zeros_like(exact)
+    change = np.zeros_like(exact)
     for arc, chord, weight in zip(arcs, chords, weights, strict=True):
         nearer = diffusion_profile(chord * (1.0 - SINE_ERROR / np.abs(np.sin(0.5 * arc))), 1.0 / path)
         off = nearer - weight + weight * exponential_error(1.0 + chord / (3.0 * path))
-        moved = moved + weight * SINE_ERROR + off * np.abs(lit(arc) - exact)
+        change = change + weight * SINE_ERROR + off * np.abs(lit(arc) - exact)
     by_angle = widened(mean, angle=ARCTANGENT_ERROR * np.arccos(cos_l))
-    return by_angle + moved / (total * np.pi * ROUNDING_FACTOR)
+    return by_angle + change / (total * np.pi * ROUNDING_FACTOR)
 
 
 def _dark(light: Light, weight: Array) -> bool:

@@ -136,8 +136,8 @@ def _mean(
             # Besides the built-in functions, the fraction: what is left of a number that has been rounded twice.
             errors: list[Array | float] = [SINE_ERROR, SINE_ERROR, 2.0 * UNIT * turns]
             for place, error in enumerate(errors):
-                moved = (p + error * (k == place) for k, p in enumerate(point))
-                total = total + np.sum(np.abs(at(*moved) - value), axis=1) / ROUNDING_FACTOR
+                displaced = (p + error * (k == place) for k, p in enumerate(point))
+                total = total + np.sum(np.abs(at(*displaced) - value), axis=1) / ROUNDING_FACTOR
     return total / max(count, 1)
 
 

@@ -26,7 +26,7 @@ from mrm_mtlx.reference.float32.precision import (
     logarithm_error,
     widened,
 )
-from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT, Quantity
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -202,7 +202,7 @@ def _longitudinal(
     i: tuple[Array, Array], o: tuple[Array, Array], variance: Array, exponent: float, switch: float, exponentials: float
 ) -> Array:
     a, b = i[1] * o[1] / variance, i[0] * o[0] / variance
-    # The series of log I0 change at 12, with a step: the change is moved by as much as a is uncertain.
+    # The series of log I0 change at 12, with a step: it is shifted by as much as a is uncertain.
     with np.errstate(divide="ignore"):
         uncertain = np.minimum(_ROUNDED * (2.0 + 1.0 / np.square(i[1]) + 1.0 / np.square(o[1])), 0.5)
     bessel_switch = hair.BESSEL_SWITCH * (1.0 + switch * uncertain)
@@ -225,19 +225,19 @@ def _longitudinal(
 
 
 def _errors(light: Light, at: _Geometry, fibre: Fibre, path: int) -> dict[str, Array | float]:
-    """Errors of what `_path` displaces, in full, for a moved part.
+    """Errors of what `_path` displaces, in full, for the perturbed quantity.
 
-    Those of the azimuth are joined to one: the lobe falls exponentially, so that their movements would multiply, and it
+    Those of the azimuth are joined to one: the lobe falls exponentially, so that their changes would multiply, and it
     may peak between them.
     """
     arcs = np.abs(at.phi)
     for times, sine in zip((2.0, 2.0 * path), _section(at, fibre.ior), strict=True):
         arcs = arcs + times * np.abs(np.arcsin(sine))
-    if light.moves("functions"):
+    if light.perturbs(Quantity.FUNCTIONS):
         # Of sines and cosines of the cuticle's tilt; beyond pi, to which it goes for TRT, no bound is stated.
         tilt = {"sine": SINE_ERROR, "cosine": SINE_ERROR}
         return {"azimuth": ARCTANGENT_ERROR * arcs, "exponentials": 1.0, **tilt}
-    if not light.moves("reflectance"):
+    if not light.perturbs(Quantity.REFLECTANCE):
         return {}
     sin2, ior2 = np.square(at.sin_o), np.square(fibre.ior)
     cos_d = _root(1.0 - sin2) * at.cos_gamma

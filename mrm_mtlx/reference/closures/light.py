@@ -1,4 +1,4 @@
-"""What a closure is evaluated for: directions, mode, surroundings; and what it gives."""
+"""The light that a closure is evaluated under: directions, mode, environment; and the value of a closure."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from mrm_mtlx.reference import versions
-from mrm_mtlx.reference.models import Model
+from mrm_mtlx.reference.models import NOTHING, Contents, Model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.reference.float32.rounding import Quantity
 
 _Result = TypeVar("_Result")
 
@@ -23,10 +24,10 @@ EPSILON = 1e-8
 
 
 class Mode(Enum):
-    """What light a BSDF is evaluated for; MaterialX's hardware shaders evaluate it once per mode and add up.
+    """The light that a BSDF is evaluated for; MaterialX's hardware shaders evaluate it once per mode and add up.
 
-    `REFLECTION` is one light at `l`; `INDIRECT` the surroundings, as reflected; `TRANSMISSION` the surroundings, as
-    seen through the surface along the view direction.
+    `REFLECTION` is one light at `l`; `INDIRECT` the environment, as reflected; `TRANSMISSION` the environment, as seen
+    through the surface along the view direction.
     """
 
     REFLECTION = "reflection"
@@ -38,13 +39,12 @@ class Mode(Enum):
 class Closure:
     """A BSDF node's value: what it reflects of the light, and what it lets through to the layer below.
 
-    `response` and `throughput` have shape (3, samples) or broadcast to it. `foreign` names what of the response
-    `Model.CLOSURES` has as another model, and which therefore is no reference for it; and the kinds of its lobes.
+    `response` and `throughput` have shape (3, samples) or broadcast to it. `contents` are those of the response.
     """
 
     response: Array
     throughput: Array
-    foreign: frozenset[str] = frozenset()
+    contents: Contents = NOTHING
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,9 @@ class Environment:
 
 @dataclass(frozen=True)
 class Light:
-    """The directions of an evaluation: `v`, `l`, shape (3, samples); `part` and `share`: see `rounding.Move`.
+    """The directions of an evaluation, `v` and `l`, shape (3, samples), and what else it is made under.
+
+    `quantity` and `share`: see `rounding.Perturbation`.
 
     `numbers` are those of the MaterialX whose shaders are evaluated.
 
@@ -83,22 +85,22 @@ class Light:
 
     v: Array
     l: Array
-    part: str = ""
+    quantity: Quantity | None = None
     model: Model = Model.HARDWARE
     mode: Mode = Mode.REFLECTION
     environment: Environment | None = None
     share: float = 1.0
     numbers: versions.Numbers = field(default_factory=versions.installed)
 
-    def moves(self, part: str) -> bool:
-        """Whether this part of `rounding.PARTS` is to be taken at the edge of its error."""
-        return self.part == part
+    def perturbs(self, quantity: Quantity) -> bool:
+        """Whether this quantity is to be taken at the edge of its error."""
+        return self.quantity is quantity
 
     def kept(self, _name: str, function: Callable[[], _Result]) -> _Result:
         """The function's result, an intermediate one that is kept by this name, one of its own in the closure.
 
-        An evaluation moved by a rounding takes it from the exact one where the move does not touch what it is made of:
-        what the closure has asked for before, and what the function asks for.
+        A perturbed evaluation takes it from the exact one where the perturbation does not touch what it is made of,
+        which is what the closure has asked for before, and what the function asks for.
         """
         return function()
 
@@ -134,7 +136,7 @@ def facing(n: Array, v: Array) -> Array:
 
 
 def environment(light: Light) -> Environment:
-    """The surroundings of an evaluation that asks for them.
+    """The environment of an evaluation that asks for it.
 
     Raises
     ------

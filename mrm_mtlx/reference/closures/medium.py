@@ -8,6 +8,7 @@ import numpy as np
 
 from mrm_mtlx.reference.closures.light import Closure, Light, Mode, nothing
 from mrm_mtlx.reference.float32.precision import exponential_error, widened
+from mrm_mtlx.reference.float32.rounding import Quantity
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -21,5 +22,5 @@ def absorbing(light: Light, absorption: Array) -> Closure:
     def transmitted(relative: Array | float = 0.0) -> Array:
         return np.asarray(np.exp(-absorption) * (1.0 + relative))
 
-    errors = {"relative": exponential_error(absorption)} if light.moves("functions") else {}
+    errors = {"relative": exponential_error(absorption)} if light.perturbs(Quantity.FUNCTIONS) else {}
     return Closure(np.zeros((3, 1)), widened(transmitted, **errors))

@@ -31,17 +31,15 @@ from mrm_mtlx.reference.closures.light import (
 from mrm_mtlx.reference.float32 import precision
 from mrm_mtlx.reference.float32.intermediates import Perturbed
 from mrm_mtlx.reference.float32.precision import ROOT_ERROR
-from mrm_mtlx.reference.float32.rounding import UNIT
-from mrm_mtlx.reference.models import Model
+from mrm_mtlx.reference.float32.rounding import UNIT, Quantity
+from mrm_mtlx.reference.models import NOTHING, Contents, Feature, LobeKind, Model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from mrm_mtlx.bsdf.arrays import Array
 
-
-# Kinds of lobes, among the `foreign` of closures: OSL's renderers have each as the same model, not both in one surface.
-ORDINARY, RETROREFLECTIVE = "ordinary lobe", "retroreflective lobe"
+_COLOR82 = Contents(features=frozenset({Feature.COLOR82}))
 
 
 @dataclass(frozen=True)
@@ -59,12 +57,20 @@ class Facets:
     scatter_mode: str = "R"
 
     @property
-    def foreign(self) -> frozenset[str]:
-        """What OSL's renderers have as other models of their own, and the kind of lobe; see `Closure`."""
-        names = {RETROREFLECTIVE} if np.any(self.retroreflective) else set()
-        names |= set() if np.all(self.retroreflective) else {ORDINARY}
-        names |= {"thin film"} if np.any(self.thinfilm_thickness > 0.0) else set()
-        return frozenset(names | ({"transmission"} if self.scatter_mode != "R" else set()))
+    def contents(self) -> Contents:
+        """Contents of the lobe's response."""
+        kinds = {
+            LobeKind.RETROREFLECTIVE: np.any(self.retroreflective),
+            LobeKind.ORDINARY: not np.all(self.retroreflective),
+        }
+        features = {
+            Feature.THIN_FILM: np.any(self.thinfilm_thickness > 0.0),
+            Feature.TRANSMISSION: self.scatter_mode != "R",
+        }
+        return Contents(
+            frozenset(kind for kind, is_there in kinds.items() if is_there),
+            frozenset(feature for feature, is_there in features.items() if is_there),
+        )
 
     @property
     def off(self) -> bool:
@@ -98,7 +104,7 @@ def conductor(light: Light, facets: Facets, ior: Array, extinction: Array) -> Cl
         return conductor_reflectance(c, n, k, *film, intermediates=_intermediates(light, facets, bare_modulus=True))
 
     seen = _evaluate(light, facets, _Interface(reflectance, lambda _a, _b: np.zeros(())))
-    return Closure(seen.response, np.zeros((3, 1)), seen.foreign)
+    return Closure(seen.response, np.zeros((3, 1)), seen.contents)
 
 
 def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure:
@@ -109,7 +115,7 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
     def reflectance(c: Array) -> Array:
         film = facets.thinfilm_thickness, facets.thinfilm_ior
         seen = dielectric_reflectance(c, ior, *film, intermediates=_intermediates(light, facets))
-        return seen + precision.amplitude_error(seen, c, ior) if light.moves("reflectance") else seen
+        return seen + precision.amplitude_error(seen, c, ior) if light.perturbs(Quantity.REFLECTANCE) else seen
 
     f0, tint = fresnel.reflectance_at_normal(ior), np.maximum(tint, 0.0)
     seen = _evaluate(light, facets, _Interface(reflectance, lambda a, b: a * f0 + b, ior, tint))
@@ -131,17 +137,17 @@ def generalized_schlick(
 
     def reflectance(c: Array) -> Array:
         seen = with_film(c, facets.thinfilm_ior)
-        if light.moves("reflectance"):
+        if light.perturbs(Quantity.REFLECTANCE):
             rise, fast = _over(c, np.abs(color90 - color0)), light.model is Model.CLOSURES
-            moved = rise * precision.power_error(1.0 - c, exponent, fast=fast)
+            error = rise * precision.power_error(1.0 - c, exponent, fast=fast)
             # The reflectance at 82 degrees, of which the tint takes its share.
             at_82 = precision.power_error(np.asarray(1.0 - fresnel.COS_82), exponent, fast=fast)
-            moved = moved + rise * at_82 * _over(c, np.abs(1.0 - color82)) * fresnel.tint_shape(c)
+            error = error + rise * at_82 * _over(c, np.abs(1.0 - color82)) * fresnel.tint_shape(c)
             if np.any(facets.thinfilm_thickness > 0.0):
                 # The film's phase jumps by pi where its index is that of color0: there, a rounding decides.
                 for step in (-2.0 * UNIT, 2.0 * UNIT):
-                    moved = moved + np.abs(with_film(c, facets.thinfilm_ior * (1.0 + step)) - seen)
-            seen = seen + moved
+                    error = error + np.abs(with_film(c, facets.thinfilm_ior * (1.0 + step)) - seen)
+            seen = seen + error
         return seen
 
     def white(a: Array, b: Array) -> Array:
@@ -152,7 +158,7 @@ def generalized_schlick(
     seen = _evaluate(light, facets, interface, grey=True)
     # OSL's closure has no such parameter.
     tinted = light.model is Model.CLOSURES and not facets.off and np.any(color82 != 1.0)
-    return replace(seen, foreign=seen.foreign | {"color82"}) if tinted else seen
+    return replace(seen, contents=seen.contents | _COLOR82) if tinted else seen
 
 
 def _over(cosine: Array, color: Array) -> Array:
@@ -161,14 +167,14 @@ def _over(cosine: Array, color: Array) -> Array:
 
 
 def _intermediates(light: Light, facets: Facets, *, bare_modulus: bool = False) -> Perturbed:
-    """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is moved.
+    """Errors of what stands under a square root in the Fresnel terms and cancels, where that is what is perturbed.
 
     That is under a film, and in a metal (`bare_modulus`) without one as well.
     """
     filmed = bool(np.any(facets.thinfilm_thickness > 0.0))
     return Perturbed(
-        modulus_error=ROOT_ERROR if (filmed or bare_modulus) and light.moves("modulus") else 0.0,
-        product_error=ROOT_ERROR if filmed and light.moves("product") else 0.0,
+        modulus_error=ROOT_ERROR if (filmed or bare_modulus) and light.perturbs(Quantity.MODULUS) else 0.0,
+        product_error=ROOT_ERROR if filmed and light.perturbs(Quantity.PRODUCT) else 0.0,
     )
 
 
@@ -179,13 +185,13 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     mean_alpha = np.sqrt(widths[0] * widths[1])
     albedo = light.numbers.microfacet_albedo
     a, b = light.kept("albedo", lambda: albedo.factors(cos_v, mean_alpha))
-    reflectance = partial(_moved_reflectance, light, facets, interface)
+    reflectance = partial(_perturbed_reflectance, light, facets, interface)
     if light.mode is Mode.REFLECTION:
         cos_m, lobe = light.kept("lobe", lambda: _distributed(light, v, cos_v, frame, widths))
     else:
         cos_m, lobe = cos_v, light.kept("lobe", lambda: _around(light, facets, interface, v, frame))
     f = light.kept("reflectance", lambda: reflectance(cos_m))
-    if light.moves("albedo") and light.model is Model.HARDWARE:
+    if light.perturbs(Quantity.ALBEDO) and light.model is Model.HARDWARE:
         a = a + UNIT * albedo.condition(cos_v, mean_alpha)
     gain = compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
     match light.mode:
@@ -201,7 +207,7 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     return Closure(
         np.where(on, response * facets.weight, 0.0),
         np.where(on, 1.0 - lost * facets.weight, 1.0),
-        facets.foreign if light.model is Model.CLOSURES and np.any(on) else frozenset(),
+        facets.contents if light.model is Model.CLOSURES and np.any(on) else NOTHING,
     )
 
 
@@ -217,10 +223,10 @@ def _frame(light: Light, facets: Facets) -> tuple[Array, Array, tuple[Array, Arr
     return v, cosine(n, v), (x, np.cross(n, x, axis=0), n)
 
 
-def _moved_reflectance(light: Light, facets: Facets, interface: _Interface, cos_m: Array) -> Array:
-    if not light.moves("reflectance"):
+def _perturbed_reflectance(light: Light, facets: Facets, interface: _Interface, cos_m: Array) -> Array:
+    if not light.perturbs(Quantity.REFLECTANCE):
         return interface.reflectance(cos_m)
-    # v.m is a sum of three rounded products, also where it is nearly 1 and no longer moves with v and l.
+    # v.m is a sum of three rounded products, also where it is nearly 1 and no longer follows v and l.
     f = interface.reflectance(cos_m - UNIT * cos_m)
     return f + precision.film_error(f, facets.thinfilm_thickness, fast=light.model is Model.CLOSURES)
 
@@ -233,12 +239,12 @@ def _distributed(
     alpha_x, alpha_y = widths
     h = unit(v + light.l)
     hx, hy = dot(h, x), dot(h, y)
-    if light.moves("slope") and light.model is Model.CLOSURES:
+    if light.perturbs(Quantity.SLOPE) and light.model is Model.CLOSURES:
         # Renderers take an isotropic facet's slope from cos(n, m) alone: its square is what 1 leaves of cos^2.
         hx = np.where(alpha_x == alpha_y, np.sqrt(hx * hx + UNIT), hx)
     hz = dot(h, n)
     d = ggx.distribution(hx, hy, hz, alpha_x, alpha_y)
-    if light.moves("most"):
+    if light.perturbs(Quantity.MOST):
         d = d + light.share * _steeper(d, (hx, hy, hz), widths, precision.half_vector_error(v, light.l))
     if light.model is Model.CLOSURES:
         lambda_v, lambda_l = (
@@ -252,7 +258,7 @@ def _distributed(
 
 
 def _steeper(d: Array, h: tuple[Array, Array, Array], widths: tuple[Array, Array], error: Array) -> Array:
-    """By how much more D may rise than in proportion to the half-vector's roundings, which move it one at a time.
+    """Rise of D beyond that in proportion to the half-vector's roundings, which come one at a time.
 
     It rises as the inverse fourth power of the slope: where this is no more than its error, without proportion.
     """
@@ -265,11 +271,11 @@ def _steeper(d: Array, h: tuple[Array, Array, Array], widths: tuple[Array, Array
 
 
 def _around(light: Light, facets: Facets, interface: _Interface, v: Array, frame: tuple[Array, Array, Array]) -> Array:
-    """What the lobe shows of its surroundings, reflected without the compensation, or refracted."""
+    """What the lobe shows of its environment, reflected without the compensation, or refracted."""
     if light.mode is Mode.TRANSMISSION and facets.scatter_mode == "R":
         return np.zeros((3, 1))
-    at, functions = (environment(light), v, frame, *facets.widths), light.moves("functions")
-    reflectance = partial(_moved_reflectance, light, facets, interface)
+    at, functions = (environment(light), v, frame, *facets.widths), light.perturbs(Quantity.FUNCTIONS)
+    reflectance = partial(_perturbed_reflectance, light, facets, interface)
     if light.mode is Mode.INDIRECT:
         return reflected_radiance(*at, reflectance, functions=functions)
     return np.asarray(interface.tint * refracted_radiance(*at, reflectance, interface.ior, functions=functions))

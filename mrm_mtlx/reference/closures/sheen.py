@@ -20,7 +20,7 @@ from mrm_mtlx.reference.closures.light import (
     unit,
 )
 from mrm_mtlx.reference.float32.precision import ULP, half_vector_error, power_error, widened
-from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT, Quantity
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -51,24 +51,24 @@ def sheen(light: Light, mode: str, weight: Array, color: Array, roughness: Array
     else:
         lobe = _fibres(light, n, cos_v, roughness)
     on = weight >= EPSILON
-    # Both moved up: what the top gains, a layer's base loses, and a sum of the two could hide it.
+    # Both taken up: what the top gains, a layer's base loses, and a sum of the two could hide it.
     through = 1.0 - albedo * weight + error * weight
     return Closure(np.where(on, lobe * color * weight, 0.0), np.where(on, through, 1.0) * np.ones((3, 1)))
 
 
 def _albedo(light: Light, cos_v: Array, roughness: Array, mode: str) -> tuple[Array, Array]:
-    """The fitted albedo, and its error in the moved part."""
-    rounding = UNIT if light.moves("albedo") else 0.0
+    """The fitted albedo, and its error where that is what is perturbed."""
+    rounding = UNIT if light.perturbs(Quantity.ALBEDO) else 0.0
     if mode == CONTY_KULLA:
         fibres = light.numbers.fibre_albedo
-        exact, moved = (fibres.albedo(cos_v, roughness, rounding=r) for r in (0.0, rounding))
-        return exact, moved - exact
+        exact, perturbed = (fibres.albedo(cos_v, roughness, rounding=r) for r in (0.0, rounding))
+        return exact, perturbed - exact
     # The exponential's error is 3 + 2 |exponent| ulp (GLSL 4.60, section 4.7.1).
-    exponential = 3.0 * ULP / ROUNDING_FACTOR if light.moves("functions") else 0.0
+    exponential = 3.0 * ULP / ROUNDING_FACTOR if light.perturbs(Quantity.FUNCTIONS) else 0.0
     cosine_fit = light.numbers.cloth_cosine
     exact = cosine_fit.albedo(cos_v, roughness)
-    moved = cosine_fit.albedo(cos_v, roughness, rounding=rounding, exponential_error=exponential)
-    return exact, moved - exact
+    perturbed = cosine_fit.albedo(cos_v, roughness, rounding=rounding, exponential_error=exponential)
+    return exact, perturbed - exact
 
 
 def _fibres(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
@@ -82,10 +82,10 @@ def _fibres(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
         value = cloth.fibre_distribution(np.clip(sin2_h + lost, 0.0, 1.0), roughness)
         return np.asarray(value + power * (1.0 + exponent) / np.pi + flushed)
 
-    if light.moves("reflectance"):
-        # The sine is what 1 leaves of the squared cosine, and at 0 does not move in proportion to the half-vector.
+    if light.perturbs(Quantity.REFLECTANCE):
+        # The sine is what 1 leaves of the squared cosine, and at 0 does not follow the half-vector in proportion.
         d = widened(distribution, lost=2.0 * _COSINE_ERROR + np.square(half_vector_error(light.v, light.l)))
-    elif light.moves("functions"):
+    elif light.perturbs(Quantity.FUNCTIONS):
         # The exponent's own error, of a division (2.5 ulp) and of a number, counts by log(sin2).
         # What is too small for float32 is 0: the power, and what follows from it.
         power = ROUNDING_FACTOR * power_error(sin2_h, exponent, fast=False) + SMALLEST
@@ -111,4 +111,4 @@ def _ltc(light: Light, n: Array, cos_v: Array, roughness: Array) -> Array:
     def density(lost: float = 0.0) -> Array:
         return cloth.ltc_density(lx, ly, lz, a, fit.shear(cos_v, roughness, lost=lost))
 
-    return widened(density, lost=_COSINE_ERROR) if light.moves("reflectance") else density()
+    return widened(density, lost=_COSINE_ERROR) if light.perturbs(Quantity.REFLECTANCE) else density()

@@ -1,12 +1,12 @@
-"""How far float32 may be off in a node's function, by more than the rounding of its inputs and of its value.
+"""Errors of float32 in the functions of nodes, beyond the rounding of their inputs and of their values.
 
-`Evaluation` moves every number of the document and every node's value, a vector as a whole. That leaves two errors:
+`Evaluation` perturbs every number of the document and every node's value, a vector as a whole. That leaves two errors:
 those of built-in functions that are not precise to a few roundings, and those of sums over a vector's channels, which
-cancel. Both are the part "functions" of `rounding.PARTS`: a node function gives its value through `displaced`. Errors
-are per unit of `rounding.ROUNDING_FACTOR`, which multiplies every move.
+cancel. Both are `rounding.Quantity.FUNCTIONS`: a node function gives its value through `displaced`. Errors are per unit
+of `rounding.ROUNDING_FACTOR`, which multiplies every perturbation.
 
 exp, log, sqrt, division and normalize need nothing here: their (3 + 2 |x|) ulp, their 2^-21 near 1, and their few ulp
-(GLSL 4.60, section 4.7.1) are less than what the rounding of their inputs moves.
+(GLSL 4.60, section 4.7.1) are less than what the rounding of their inputs does.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, FAST_EXPONENTIAL, SINE_ERROR, power_error
-from mrm_mtlx.reference.float32.rounding import CHANNEL_SIGNS, ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.float32.rounding import CHANNEL_SIGNS, ROUNDING_FACTOR, UNIT, Quantity
 from mrm_mtlx.reference.models import Model
 
 if TYPE_CHECKING:
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 
 def displaced(inputs: Inputs, value: Array, error: Array) -> Array:
-    """The value, or in the move of the part "functions" one that is off by `error`, its channels with several signs."""
-    if inputs.light.moves("functions"):
+    """The value, or where functions are perturbed one that is off by `error`, its channels with several signs."""
+    if inputs.light.perturbs(Quantity.FUNCTIONS):
         return value + error
     if value.ndim == 2 and 1 < len(value) <= 4:
-        for part, signs in CHANNEL_SIGNS.items():
-            if inputs.light.moves(part):
+        for quantity, signs in CHANNEL_SIGNS.items():
+            if inputs.light.perturbs(quantity):
                 return np.asarray(value + error * np.array(signs[: len(value)])[:, None])
     return value
 

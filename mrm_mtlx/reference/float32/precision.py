@@ -1,7 +1,7 @@
-"""How far float32 shaders may be off in the quantities that cancel, from the precisions that GLSL and Vulkan state.
+"""Errors of float32 shaders in the quantities that cancel, from the precisions that GLSL and Vulkan state.
 
-Errors are given per unit of `rounding.ROUNDING_FACTOR`, which multiplies every move; those for `widened`, which divides
-by it, in full.
+Errors are given per unit of `rounding.ROUNDING_FACTOR`, which multiplies every perturbation; those for `widened`, which
+divides by it, in full.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ ARCTANGENT_ERROR = 4096.0 * ULP
 def amplitude_error(reflectance: Array, cos_theta: Array, ior: Array) -> Array:
     """Error of a dielectric's reflectance per unit roundoff of g^2 = ior^2 + cos^2 - 1, which cancels for ior near 1.
 
-    The amplitude r = (g - c) / (g + c) moves by 2 c dg / (g + c)^2, the reflectance is its square.
+    The amplitude r = (g - c) / (g + c) changes by 2 c dg / (g + c)^2, the reflectance is its square.
     """
     squared = np.square(ior)
     g = np.sqrt(np.maximum(squared - 1.0 + np.square(cos_theta), UNIT))
-    moved = cos_theta * UNIT * (squared + 1.0) / (g * np.square(g + cos_theta))
-    return np.asarray(2.0 * np.sqrt(reflectance) * moved + moved * moved)
+    change = cos_theta * UNIT * (squared + 1.0) / (g * np.square(g + cos_theta))
+    return np.asarray(2.0 * np.sqrt(reflectance) * change + change * change)
 
 
 def half_vector_error(v: Array, l: Array) -> Array:
-    """How far float32 may miss a component of the half-vector across itself, in full, shape (samples,).
+    """Error of a component of the half-vector across itself, in full, shape (samples,).
 
     The roundings of both directions along three axes, over the length of their sum: near v = -l, nothing else is left
     of it.
@@ -76,7 +76,7 @@ def power_error(base: Array, exponent: Array, *, fast: bool) -> Array:
     """Error of pow(base, exponent) per unit of `ROUNDING_FACTOR`; `fast` for OSL.
 
     GLSL 4.60, section 4.7.1: pow(x, y) is exp2(y log2(x)); log2 has an absolute error of 2^-21 or 3 ulp, exp2 one of
-    3 + 2 |its argument| ulp. Divided by the factor that multiplies every move.
+    3 + 2 |its argument| ulp. Divided by the factor that multiplies every perturbation.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         argument = np.abs(exponent * np.log2(np.maximum(base, np.finfo(np.float32).tiny)))
@@ -86,11 +86,10 @@ def power_error(base: Array, exponent: Array, *, fast: bool) -> Array:
 
 
 def widened(function: Callable[..., Array], **errors: Array | float) -> Array:
-    """A result moved by what errors of intermediate quantities may do to it, per unit of `ROUNDING_FACTOR`.
+    """A result with all that errors of intermediate quantities may add to it, per unit of `ROUNDING_FACTOR`.
 
-    Each quantity is taken to either edge of its error, in full, since the result may bend within it; the larger
-    movements of all are added, so that none cancels another. Always moved up: what errs together must not look as if it
-    cancelled.
+    Each quantity is taken to either edge of its error, in full, since the result may bend within it; the larger changes
+    of all are added, so that none cancels another. Always upward: what errs together must not look as if it cancelled.
 
     Parameters
     ----------
@@ -105,11 +104,11 @@ def widened(function: Callable[..., Array], **errors: Array | float) -> Array:
     True
     """
     exact = function()
-    moved = np.zeros(np.shape(exact))
+    change = np.zeros(np.shape(exact))
     for name, error in errors.items():
         to_edges = (np.abs(function(**{name: edge}) - exact) for edge in (error, -np.asarray(error)))
-        moved = moved + np.maximum(*to_edges)
-    return np.asarray(exact + moved / ROUNDING_FACTOR)
+        change = change + np.maximum(*to_edges)
+    return np.asarray(exact + change / ROUNDING_FACTOR)
 
 
 def exponential_error(argument: Array) -> Array:

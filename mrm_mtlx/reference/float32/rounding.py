@@ -1,15 +1,16 @@
-"""How far float32 arithmetic may move a result.
+"""Perturbations of an evaluation by float32 roundings, and the tolerance that they make.
 
-A tolerance is not a chosen constant. The oracle itself is moved by float32 roundings and the sum of its movements,
-times one stated factor, is what a shader may differ by: narrow lobes, where one rounding of the half-vector moves the
-result by a thousandth, and broad ones are judged alike.
+A tolerance is not a chosen constant. The oracle itself is perturbed by float32 roundings, and the sum of the changes of
+its result, times one stated factor, is what a shader may differ by: narrow lobes, where one rounding of the half-vector
+changes the result by a thousandth, and broad ones are judged alike.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -25,40 +26,84 @@ if TYPE_CHECKING:
 # Unit roundoff of float32: the relative error of one correctly rounded operation.
 UNIT = 2.0**-24
 
-# The moves below are of one unit roundoff each; this is how many roundings a quantity collects on its way, worst case,
-# with the precisions that GLSL 4.60 section 4.7.1 asks of an implementation (inversesqrt 2 ulp, division 2.5 ulp; one
-# ulp is two units). A direction is interpolated (1), squared and summed (3), normalised (4 + 1), the half-vector is
-# summed (1) and normalised (3 + 4 + 1), then projected on the frame (3): 21. Frame vectors, normalised as well, move
-# both directions together. Rounded up to
+# The perturbations below are of one unit roundoff each; this is how many roundings a quantity collects on its way, at
+# worst, with the precisions that GLSL 4.60 section 4.7.1 asks of an implementation (inversesqrt 2 ulp, division
+# 2.5 ulp; one ulp is two units). A direction is interpolated (1), squared and summed (3), normalised (4 + 1), the
+# half-vector is summed (1) and normalised (3 + 4 + 1), then projected on the frame (3): 21. Frame vectors, normalised
+# as well, turn both directions together. Rounded up to
 ROUNDING_FACTOR = 24.0
 
 # Well-conditioned arithmetic at the end of the path: D, G2, F and the weights are some 16 products and 4 divisions
 # (16 + 4 * 5 units), and each closure above adds a product and a sum; they enter relative to the result.
 OUTPUT_ROUNDINGS = 40.0
 
-# Intermediate results that cancel, each moved alone, so that one movement cannot hide another: the reflectance, two
-# quantities under square roots in it (see bsdf.reflectance.Rounding), built-in functions, the weights of texture
-# filters, the fitted albedo of the hardware targets, the slope of an isotropic facet as OSL's renderers have it.
-PARTS = {
-    Model.HARDWARE: ("reflectance", "modulus", "product", "functions", "texture", "albedo"),
-    Model.CLOSURES: ("reflectance", "modulus", "product", "functions", "texture", "slope"),
+
+class Direction(Enum):
+    """A direction that an evaluation is made for; the value is its name in `closures.Light`."""
+
+    VIEW = "v"
+    LIGHT = "l"
+
+
+class Quantity(Enum):
+    """An intermediate result that float32 has worse than by a rounding, with an error of its own.
+
+    `REFLECTANCE`: that of a facet. `MODULUS`, `PRODUCT`: what stands under square roots in it, see
+    `intermediates.Perturbed`. `FUNCTIONS`: built-in functions, all up; `CHANNELS_1` to `CHANNELS_3`: these with the
+    signs of `CHANNEL_SIGNS`. `TEXTURE`: the weights of texture filters. `ALBEDO`: the fitted albedo of the hardware
+    targets. `SLOPE`: that of an isotropic facet, as OSL's renderers have it. `LEAST`, `MOST`: the ends of a range, see
+    `RANGE`.
+    """
+
+    REFLECTANCE = "reflectance"
+    MODULUS = "modulus"
+    PRODUCT = "product"
+    FUNCTIONS = "functions"
+    CHANNELS_1 = "channels +-+-"
+    CHANNELS_2 = "channels ++--"
+    CHANNELS_3 = "channels +--+"
+    TEXTURE = "texture"
+    ALBEDO = "albedo"
+    SLOPE = "slope"
+    LEAST = "least"
+    MOST = "most"
+
+
+# What a value may be made of, beside numbers of the document.
+Ingredient: TypeAlias = Direction | Quantity
+
+# Quantities that are perturbed each alone, so that one change cannot hide another.
+QUANTITIES = {
+    Model.HARDWARE: (
+        Quantity.REFLECTANCE,
+        Quantity.MODULUS,
+        Quantity.PRODUCT,
+        Quantity.FUNCTIONS,
+        Quantity.TEXTURE,
+        Quantity.ALBEDO,
+    ),
+    Model.CLOSURES: (
+        Quantity.REFLECTANCE,
+        Quantity.MODULUS,
+        Quantity.PRODUCT,
+        Quantity.FUNCTIONS,
+        Quantity.TEXTURE,
+        Quantity.SLOPE,
+    ),
 }
 
 # Ends of the range of what is no number with a rounding: the last bits of a hash, and what is looked up by them. It is
-# moved in full and counted once, by the farther of the two. What follows may rise and fall in between, as a lobe does
-# over its width: where there are two ends, it is moved by eighths of the way to each as well.
-RANGE = ("least", "most")
+# perturbed in full and counted once, by the farther of the two. What follows may rise and fall in between, as a lobe
+# does over its width: where there are two ends, it is taken at eighths of the way to each as well.
+RANGE = (Quantity.LEAST, Quantity.MOST)
 
-# Patterns of signs by which the errors of functions move a value's channels, besides all up: of any two channels of
-# four, some pattern moves one up and one down, so that no difference of them looks exact. The farthest movement counts.
+# Patterns of signs by which the errors of functions change a value's channels, besides all up: of any two channels of
+# four, some pattern takes one up and one down, so that no difference of them looks exact. The farthest change counts.
 CHANNEL_SIGNS = {
-    "channels +-+-": (1.0, -1.0, 1.0, -1.0),
-    "channels ++--": (1.0, 1.0, -1.0, -1.0),
-    "channels +--+": (1.0, -1.0, -1.0, 1.0),
+    Quantity.CHANNELS_1: (1.0, -1.0, 1.0, -1.0),
+    Quantity.CHANNELS_2: (1.0, 1.0, -1.0, -1.0),
+    Quantity.CHANNELS_3: (1.0, -1.0, -1.0, 1.0),
 }
-
-# The directions, where it is told what a value is made of.
-VIEW, LIGHT_DIRECTION = "v", "l"  # as `closures.Light` names them
 
 # Patterns of signs by which the document's numbers and its nodes' values are rounded: all up, and by the lowest bits of
 # their order. Any two of them within a stretch of eight differ in a pattern, so that none cancels another in all.
@@ -66,8 +111,8 @@ PATTERNS = (1, 2, 3, 4)
 
 
 @dataclass(frozen=True)
-class Move:
-    """One way in which float32 arithmetic can move an evaluation.
+class Perturbation:
+    """One way in which float32 arithmetic can change an evaluation.
 
     Attributes
     ----------
@@ -76,13 +121,12 @@ class Move:
     values
         Pattern number of the signs with which the document's numbers and its nodes' values are rounded; 0 leaves them.
     step
-        Relative size of these roundings. They are moved by all that is allowed them at once, since a graph may bend or
-        jump (a comparison, a floor) within it.
-    part
-        An intermediate result that cancels and is taken at the edge of its own error; see `PARTS`, `CHANNEL_SIGNS` and
-        `RANGE`.
+        Relative size of these roundings. They are all that is allowed them at once, since a graph may bend or jump (a
+        comparison, a floor) within it.
+    quantity
+        What is taken at the edge of its own error.
     factor
-        How many times the movement of the result is allowed.
+        How many times the change of the result is allowed.
     share
         Of an end of `RANGE`, how much of the way there.
     """
@@ -91,68 +135,69 @@ class Move:
     light: Array | float = 0.0
     values: int = 0
     step: float = ROUNDING_FACTOR * UNIT
-    part: str = ""
+    quantity: Quantity | None = None
     factor: float = ROUNDING_FACTOR
     share: float = 1.0
 
-    def touches(self, needs: frozenset[str]) -> bool:
-        """Whether it moves something that is made of these: `VIEW`, `LIGHT_DIRECTION`, parts. Numbers are in all."""
-        return bool(self.values) or not needs.isdisjoint(self._moved)
+    def touches(self, needs: frozenset[Ingredient]) -> bool:
+        """Whether it changes something that is made of these, and of numbers of the document, which are in all."""
+        return bool(self.values) or not needs.isdisjoint(self._changed)
 
     @property
     def level(self) -> float:
-        """A number of its own in [0, 1] for each move of the numbers, evenly: what may be anything is taken there."""
+        """A number of its own in [0, 1] for each perturbation of the numbers, evenly: for what may be anything."""
         return (2 * (self.values - 1) + (self.step < 0.0)) / (2 * len(PATTERNS) - 1)
 
     @cached_property
-    def _moved(self) -> frozenset[str]:
-        directions = {VIEW: self.view, LIGHT_DIRECTION: self.light}
-        return frozenset({self.part} | {name for name, by in directions.items() if np.any(by)})
+    def _changed(self) -> frozenset[Ingredient]:
+        directions = {Direction.VIEW: self.view, Direction.LIGHT: self.light}
+        quantities = set() if self.quantity is None else {self.quantity}
+        return frozenset(quantities | {direction for direction, by in directions.items() if np.any(by)})
 
 
-EXACT = Move()
+EXACT = Perturbation()
 
 # Below this, float32 has no relative precision left, and hardware may flush to zero.
 SMALLEST = float(np.finfo(np.float32).tiny)
 
 
-def moves(model: Model = Model.HARDWARE) -> Iterator[Move]:
-    """All moves: each axis of each direction, each pattern over the document's numbers, each delicate part."""
+def perturbations(model: Model = Model.HARDWARE) -> Iterator[Perturbation]:
+    """All of them: each axis of each direction, each pattern over the document's numbers, each quantity."""
     for axis in np.eye(3):
-        yield Move(view=UNIT * axis)
-        yield Move(light=UNIT * axis)
+        yield Perturbation(view=UNIT * axis)
+        yield Perturbation(light=UNIT * axis)
     for pattern in PATTERNS:
-        yield Move(values=pattern, factor=1.0)
-    for part in PARTS[model]:
-        yield Move(part=part)
+        yield Perturbation(values=pattern, factor=1.0)
+    for quantity in QUANTITIES[model]:
+        yield Perturbation(quantity=quantity)
 
 
-def opposite_moves() -> Iterator[Move]:
+def opposite_perturbations() -> Iterator[Perturbation]:
     """The patterns over the document's numbers with the opposite signs."""
     for pattern in PATTERNS:
-        yield Move(values=pattern, step=-ROUNDING_FACTOR * UNIT, factor=1.0)
+        yield Perturbation(values=pattern, step=-ROUNDING_FACTOR * UNIT, factor=1.0)
 
 
-def channel_moves() -> Iterator[Move]:
-    """The move of functions with the patterns of `CHANNEL_SIGNS`."""
-    for part in CHANNEL_SIGNS:
-        yield Move(part=part)
+def channel_perturbations() -> Iterator[Perturbation]:
+    """The perturbation of functions with the patterns of `CHANNEL_SIGNS`."""
+    for quantity in CHANNEL_SIGNS:
+        yield Perturbation(quantity=quantity)
 
 
-def range_moves() -> Iterator[Move]:
+def range_perturbations() -> Iterator[Perturbation]:
     """Both ends of `RANGE`."""
     for end in RANGE:
-        yield Move(part=end, factor=1.0)
+        yield Perturbation(quantity=end, factor=1.0)
 
 
-def on_the_way(end: Move) -> Iterator[Move]:
-    """An end of `RANGE`, after the moves by eighths of the way there."""
+def on_the_way(end: Perturbation) -> Iterator[Perturbation]:
+    """An end of `RANGE`, after the places at eighths of the way there."""
     for eighth in range(1, 9):
         yield replace(end, share=eighth / 8.0)
 
 
 def farthest(off: Array) -> Array:
-    """By how much something is off at the most on its way, from where it is at even steps, the first axis.
+    """The most by which something is off on its way, from where it is at even steps, the first axis.
 
     Between steps, a parabola through three of them is by an eighth of their second difference beyond the farthest.
     """
@@ -170,7 +215,7 @@ def value_sign(pattern: int, index: int) -> float:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What a float32 result may differ by, per sample and channel.
+    """Difference that a float32 result may have, per sample and channel.
 
     `expected` and `allowed` have shape (samples, channels); `scale` is the largest expected value, the
     lobe's own scale.

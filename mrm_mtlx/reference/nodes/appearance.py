@@ -9,7 +9,7 @@ import numpy as np
 from mrm_mtlx.bsdf import hair
 from mrm_mtlx.reference import closures
 from mrm_mtlx.reference.float32.precision import logarithm_error, power_error
-from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT, Quantity
 from mrm_mtlx.reference.nodes.registry import node
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 def _functions(inputs: Inputs) -> float:
-    """1 where what is moved is built-in functions and fitted formulas, else 0."""
-    return float(inputs.light.moves("functions"))
+    """1 where functions are perturbed, built-in ones and fitted formulas, else 0."""
+    return float(inputs.light.perturbs(Quantity.FUNCTIONS))
 
 
 @node("ND_roughness_anisotropy")

@@ -9,7 +9,7 @@ import numpy as np
 from mrm_mtlx.reference.closures import EPSILON
 from mrm_mtlx.reference.closures.light import dot
 from mrm_mtlx.reference.float32.precision import power_error, widened
-from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT, Quantity
 from mrm_mtlx.reference.nodes.registry import node
 
 if TYPE_CHECKING:
@@ -36,12 +36,12 @@ def _generalized_schlick(inputs: Inputs) -> Value:
         return np.asarray(color0 * (1.0 - rise) + color90 * rise)
 
     # 1 - n.v cancels where the surface is seen along its normal.
-    errors: dict[str, dict[str, Array | float]] = {
-        "reflectance": {"lost": ROUNDING_FACTOR * UNIT},
-        "functions": {"power": ROUNDING_FACTOR * power_error(x, exponent, fast=False)},
+    errors: dict[Quantity, dict[str, Array | float]] = {
+        Quantity.REFLECTANCE: {"lost": ROUNDING_FACTOR * UNIT},
+        Quantity.FUNCTIONS: {"power": ROUNDING_FACTOR * power_error(x, exponent, fast=False)},
     }
-    moved = next((errors[part] for part in errors if light.moves(part)), {})
-    return np.asarray(inputs.emission("base") * widened(factor, **moved))
+    given = next((errors[quantity] for quantity in errors if light.perturbs(quantity)), {})
+    return np.asarray(inputs.emission("base") * widened(factor, **given))
 
 
 @node("ND_mix_edf")

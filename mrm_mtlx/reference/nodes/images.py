@@ -12,7 +12,7 @@ import numpy as np
 from mrm_mtlx.documents.images import ADDRESS_MODES
 from mrm_mtlx.reference.closures.light import unit
 from mrm_mtlx.reference.float32.precision import widened
-from mrm_mtlx.reference.float32.rounding import RANGE
+from mrm_mtlx.reference.float32.rounding import RANGE, Quantity
 from mrm_mtlx.reference.nodes.registry import node
 from mrm_mtlx.reference.textures import hextile
 from mrm_mtlx.reference.textures import lookup as texture_lookup
@@ -55,7 +55,7 @@ def _image(inputs: Inputs) -> Value:
 
 def _linear(inputs: Inputs, pixels: NDArray[np.floating], uv: Array, modes: AddressModes, border: Array) -> Array:
     def at(**ways: Array | float) -> Array:
-        return texture_lookup.linear(pixels, _moved(pixels, uv, ways), modes, border)
+        return texture_lookup.linear(pixels, _displaced(pixels, uv, ways), modes, border)
 
     return _sampled(inputs, at, "u", "v")
 
@@ -65,19 +65,19 @@ def _closest(inputs: Inputs, pixels: NDArray[np.floating], uv: Array, modes: Add
     settled = decided.shape[-1] == 1
 
     def at(**ways: Array | float) -> Array:
-        moved = texture_lookup.cell(pixels, _moved(pixels, uv, ways)) if _WAYS.keys() & ways.keys() else decided
-        return texture_lookup.texel(pixels, moved, modes, border)
+        seen = texture_lookup.cell(pixels, _displaced(pixels, uv, ways)) if _WAYS.keys() & ways.keys() else decided
+        return texture_lookup.texel(pixels, seen, modes, border)
 
     return _sampled(inputs, at, *(() if settled else _WAYS))
 
 
 def _sampled(inputs: Inputs, at: Callable[..., Array], *ways: str) -> Array:
-    """What is looked up; in the move of textures, what it may be off in these ways."""
-    return widened(at, **dict.fromkeys(ways, 1.0)) if inputs.light.moves("texture") else at()
+    """What is looked up; where textures are perturbed, with all that it may be off in these ways."""
+    return widened(at, **dict.fromkeys(ways, 1.0)) if inputs.light.perturbs(Quantity.TEXTURE) else at()
 
 
-def _moved(pixels: NDArray[np.floating], uv: Array, ways: Mapping[str, Array | float], suffix: str = "") -> Array:
-    """Coordinates moved by these multiples of their error, by the names of `_WAYS` with the suffix."""
+def _displaced(pixels: NDArray[np.floating], uv: Array, ways: Mapping[str, Array | float], suffix: str = "") -> Array:
+    """Coordinates displaced by these multiples of their error, by the names of `_WAYS` with the suffix."""
     steps = [ways.get(name + suffix, 0.0) * np.array(way)[:, None] for name, way in _WAYS.items()]
     return np.asarray(uv + np.sum(steps, axis=0) * texture_lookup.coordinate_error(pixels, uv))
 
@@ -137,30 +137,30 @@ def _hextiled(inputs: Inputs, blended: _Blended, corners: _Corners) -> Array:
     # As hosts have it, and not the default itself: black with a full contrast of luminance is 0/0.
     pixels = image if image is not None else default[:, 0][None, None]
 
-    def at(**moved: Array | float) -> Array:
-        way = np.array([[1.0], [0.0]]) * moved.get("u", 0.0) + np.array([[0.0], [1.0]]) * moved.get("v", 0.0)
+    def at(**ways: Array | float) -> Array:
+        way = np.array([[1.0], [0.0]]) * ways.get("u", 0.0) + np.array([[0.0], [1.0]]) * ways.get("v", 0.0)
         tiles = hextile.tiles(coord + way * hextile.coordinate_error(coord), spread)
-        shown = _shown_by(tiles, pixels, default, moved)
+        shown = _shown_by(tiles, pixels, default, ways)
         return blended(tiles, shown, shown)
 
-    least, most = (inputs.light.moves(end) for end in RANGE)
+    least, most = (inputs.light.perturbs(end) for end in RANGE)
     if least or most:
         tiles = hextile.tiles(coord, spread)
         shown, ends = _shown_by(tiles, pixels, default, {}), _tile_extremes(coord, spread, pixels, len(default))
         exact = blended(tiles, shown, shown)
         end = _at_the_end(partial(blended, tiles), shown, ends, corners, np.maximum if most else np.minimum)
         return np.asarray(exact + inputs.light.share * (end - exact))
-    if inputs.light.moves("functions"):
+    if inputs.light.perturbs(Quantity.FUNCTIONS):
         tiles = hextile.tiles(coord, spread)
         return _off_by_numbers(blended, tiles, _shown_by(tiles, pixels, default, {}), coord, spread)
-    if inputs.light.moves("texture"):
+    if inputs.light.perturbs(Quantity.TEXTURE):
         of_tiles = (f"{name}_{tile}" for name in ("u", "v") for tile in range(hextile.TILES))
         return widened(at, **dict.fromkeys(("u", "v", *of_tiles), 1.0))
     return at()
 
 
-def _shown_by(tiles: Tiles, pixels: NDArray[np.floating], default: Array, moved: Mapping[str, Array | float]) -> Array:
-    places = (_moved(pixels, uv, moved, f"_{tile}") for tile, uv in enumerate(tiles.coordinates))
+def _shown_by(tiles: Tiles, pixels: NDArray[np.floating], default: Array, ways: Mapping[str, Array | float]) -> Array:
+    places = (_displaced(pixels, uv, ways, f"_{tile}") for tile, uv in enumerate(tiles.coordinates))
     return _stacked(texture_lookup.linear(pixels, place, AddressModes(), default) for place in places)
 
 
@@ -205,11 +205,11 @@ def _at_the_end(
 
 
 def _off_by_numbers(blended: _Blended, tiles: Tiles, shown: Array, coord: Array, spread: Spread) -> Array:
-    """What is shown, moved by the errors of the tiles' weights and angles."""
+    """What is shown, with the errors of the tiles' weights and angles."""
 
-    def at(**moved: Array | float) -> Array:
-        weights = _stacked(w * (1.0 + moved.get(f"weight_{tile}", 0.0)) for tile, w in enumerate(tiles.weights))
-        angles = _stacked(a + moved.get(f"angle_{tile}", 0.0) for tile, a in enumerate(tiles.angles))
+    def at(**ways: Array | float) -> Array:
+        weights = _stacked(w * (1.0 + ways.get(f"weight_{tile}", 0.0)) for tile, w in enumerate(tiles.weights))
+        angles = _stacked(a + ways.get(f"angle_{tile}", 0.0) for tile, a in enumerate(tiles.angles))
         return blended(replace(tiles, weights=weights, angles=angles), shown, shown)
 
     low, high = np.deg2rad(spread.rotation_range)

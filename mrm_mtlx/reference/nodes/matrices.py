@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.reference.float32.function_errors import displaced, summed
-from mrm_mtlx.reference.float32.rounding import UNIT
+from mrm_mtlx.reference.float32.rounding import UNIT, Quantity
 from mrm_mtlx.reference.nodes.tables import MATRICES, define, scalar, vector
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _inverse(inputs: Inputs, in_: Array) -> Array:
     """The adjugate over the determinant, as GPUs have it; the products of either may cancel in its sum."""
     determinant = _expanded(in_, _DETERMINANT)
     inverse = _adjugate(in_, _DETERMINANT) / determinant
-    if not inputs.light.moves("functions"):  # the rest takes its time
+    if not inputs.light.perturbs(Quantity.FUNCTIONS):  # the rest takes its time
         return inverse
     error = _adjugate(np.abs(in_), _PERMANENT) + np.abs(inverse) * _expanded(np.abs(in_), _PERMANENT)
     return displaced(inputs, inverse, UNIT * error / np.abs(determinant))

@@ -9,7 +9,7 @@ import numpy as np
 
 from mrm_mtlx.reference.float32.function_errors import displaced
 from mrm_mtlx.reference.float32.precision import widened
-from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT
+from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, UNIT, Quantity
 from mrm_mtlx.reference.nodes.registry import node
 from mrm_mtlx.reference.textures import flakes
 from mrm_mtlx.reference.textures import noise as noise_functions
@@ -92,17 +92,17 @@ def _worley(inputs: Inputs, position: Array, components: int) -> Array:
 
     # The nearest point's cell is found from its position, which may lie on the cell's edge.
     cell = inputs.discrete(np.floor(position + ways[0]))
-    unsettled = _moved(inputs) and cell.shape[-1] > 1
+    unsettled = _perturbed(inputs) and cell.shape[-1] > 1
     random = widened(alternative, second=1.0, edge=1.0) if unsettled else looks(cell)
     return np.where(style == 1.0, random, value)
 
 
-def _moved(inputs: Inputs) -> bool:
-    return inputs.light.moves("functions")
+def _perturbed(inputs: Inputs) -> bool:
+    return inputs.light.perturbs(Quantity.FUNCTIONS)
 
 
 def _missed(inputs: Inputs, value: Array, error: Array) -> Array:
-    """The value, or in the move of the part "functions" one that is off by the error, which is given in full."""
+    """The value, or where functions are perturbed one that is off by the error, which is given in full."""
     return displaced(inputs, value, error / ROUNDING_FACTOR)
 
 
@@ -123,14 +123,14 @@ def _flake(inputs: Inputs, position: Array) -> dict[str, Value]:
     seen = flakes.top_flake(position, likely)
     decided = inputs.discrete(np.concatenate([seen.cell, seen.priority[None]]))
     seen = Flake(decided[:3], decided[3])
-    if _moved(inputs) and decided.shape[-1] > 1:
+    if _perturbed(inputs) and decided.shape[-1] > 1:
         seen = flakes.alternative(position, likely, error)
     tilted = partial(flakes.normal, seen, inputs.array("roughness"), [inputs.array(name) for name in _FRAME])
     return {
         "id": flakes.identity(seen),
         "rand": flakes.number(seen),
         "presence": seen.priority,
-        "flakenormal": widened(tilted, **flakes.NORMAL_ERRORS) if _moved(inputs) else tilted(),
+        "flakenormal": widened(tilted, **flakes.NORMAL_ERRORS) if _perturbed(inputs) else tilted(),
     }
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from mrm_mtlx.reference import closures
 from mrm_mtlx.reference.closures import Facets
 from mrm_mtlx.reference.deviations import Deviation
+from mrm_mtlx.reference.models import NOTHING, Contents, Feature
 from mrm_mtlx.reference.nodes.registry import ShaderValue, node
 
 if TYPE_CHECKING:
@@ -142,11 +143,11 @@ def _surface(inputs: Inputs) -> Value:
     """Light of all modes, and emission, each times the opacity; the rest of what is behind shows through."""
     opacity = inputs.array("opacity")
     color = inputs.emission("edf")
-    foreign = frozenset({"emission"} if np.any(color != 0.0) else ())
+    contents = Contents(features=frozenset({Feature.EMISSION})) if np.any(color != 0.0) else NOTHING
     for light in inputs.lights:
         closure = inputs.under(light).closure("bsdf")
-        color, foreign = color + closure.response, foreign | closure.foreign
-    return ShaderValue(color * opacity, np.ones((3, 1)) * (1.0 - opacity), foreign)
+        color, contents = color + closure.response, contents | closure.contents
+    return ShaderValue(color * opacity, np.ones((3, 1)) * (1.0 - opacity), contents)
 
 
 @node("ND_surface_unlit")
@@ -160,7 +161,7 @@ def _surface_unlit(inputs: Inputs) -> Value:
 
 @node("ND_surfacematerial")
 def _material(inputs: Inputs) -> Value:
-    """What the front of the surface shows; displacement moves it before it is shaded."""
+    """What the front of the surface shows; displacement, which is done before it is shaded, is left out."""
     return inputs.shader("surfaceshader")
 
 
@@ -170,5 +171,5 @@ def _mix_shader(inputs: Inputs) -> Value:
     return ShaderValue(
         back.color * (1.0 - amount) + front.color * amount,
         back.transparency * (1.0 - amount) + front.transparency * amount,
-        back.foreign | front.foreign,
+        back.contents | front.contents,
     )

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
+from mrm_mtlx.reference.models import NOTHING
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -19,18 +21,19 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference.closures import Closure, Facets, Light
     from mrm_mtlx.reference.deviations import Deviation
+    from mrm_mtlx.reference.models import Contents
 
 
 @dataclass(frozen=True)
 class ShaderValue:
     """What a surface shader node gives: the colour it shows and what it lets through, shape (3, samples) or (3, 1).
 
-    `foreign`: see `Closure`.
+    `contents`: see `Closure`.
     """
 
     color: Array
     transparency: Array
-    foreign: frozenset[str] = frozenset()
+    contents: Contents = NOTHING
 
 
 Value: TypeAlias = "Closure | ShaderValue | str | Array"
@@ -46,7 +49,7 @@ class Inputs(Protocol):
 
     @property
     def lights(self) -> list[Light]:
-        """What a surface is evaluated for and adds up: its light, its surroundings in two modes, or none of them."""
+        """What a surface is evaluated for and adds up: its light, its environment in two modes, or none."""
         ...
 
     def under(self, light: Light) -> Inputs:
@@ -101,12 +104,12 @@ class Inputs(Protocol):
         ...
 
     def skipped(self, value: Array) -> Array:
-        """Where the discrete result asked for last, whole numbers, is moved by more than one: others are passed by."""
+        """Where the discrete result asked for last, a whole number, is off by more than one: others are passed by."""
         ...
 
     @property
     def level(self) -> float:
-        """A number in [0, 1], another one in each move of the numbers."""
+        """A number in [0, 1], another one in each perturbation of the numbers."""
         ...
 
     def is_connected(self, name: str) -> bool:
