@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -212,3 +213,158 @@ def test_an_engine_that_is_named_is_seen(planted: str) -> None:
 )
 def test_targets_and_the_seam_are_no_engines(allowed: str) -> None:
     assert concrete_engines(allowed) == []
+
+
+# Circles --------------------------------------------------------------------------------------------------------------
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def arrows(sources: dict[str, str]) -> dict[str, set[str]]:
+    """Which modules each module imports, wherever in it and for whatever use; by name, of those given.
+
+    The package itself is left out: its face names what is above all, and is asked for its version from below.
+    """
+    found: dict[str, set[str]] = {}
+    for name, source in sources.items():
+        found[name] = set()
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.Import):
+                found[name] |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                inner = {f"{node.module}.{alias.name}" for alias in node.names}
+                found[name] |= {whole if whole in sources else node.module for whole in inner}
+    return {name: (found[name] & sources.keys()) - {PACKAGE.name} for name in found}
+
+
+def circles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Paths along imports that end where they begin, one for every module that closes one."""
+    found: list[list[str]] = []
+    done: set[str] = set()
+
+    def visit(name: str, trail: list[str]) -> None:
+        if name in trail:
+            found.append([*trail[trail.index(name) :], name])
+        elif name not in done:
+            for below in sorted(graph[name]):
+                visit(below, [*trail, name])
+            done.add(name)
+
+    for name in sorted(graph):
+        visit(name, [])
+    return found
+
+
+def test_imports_make_no_circle() -> None:
+    sources = {module_name(path): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
+    assert circles(arrows(sources)) == []
+
+
+@pytest.mark.parametrize(
+    "back",
+    [
+        "from p.a import x",
+        "from p import a",
+        "import p.a",
+        "if TYPE_CHECKING:\n    from p.a import x",
+        "def late():\n    from p.a import x",
+    ],
+)
+def test_a_circle_of_modules_is_seen(back: str) -> None:
+    planted = {"p.a": "from p import b", "p.b": "from p.c import y", "p.c": f"import os\n{back}\n", "p.d": "import p.a"}
+    assert circles(arrows(planted)) == [["p.a", "p.b", "p.c", "p.a"]]
+    assert circles(arrows(planted | {"p.c": "import os"})) == []
+
+
+# Versions of MaterialX ------------------------------------------------------------------------------------------------
+
+# Where versions of MaterialX are compared, and where they choose numbers.
+VERSIONS = ("library/dialects.py", "reference/versions/")
+# A version of MaterialX as a text, or its first two numbers.
+_VERSION = re.compile(r"1\.3[0-9](\.[0-9]+)?")
+_ASKED = ("getVersionIntegers", "materialx_version", "document_version", "version_of")
+
+
+def compared_versions(source: str) -> list[int]:
+    """Lines that ask MaterialX for its version, or compare one."""
+    return [node.lineno for node in ast.walk(ast.parse(source)) if _asks_version(node) or _compares_version(node)]
+
+
+def _asks_version(node: ast.AST) -> bool:
+    """Whether it is a version as numbers, which are there to be compared, or the module's own."""
+    if not isinstance(node, ast.Attribute):
+        return False
+    of_module = isinstance(node.value, ast.Name) and node.value.id in ("mx", "MaterialX")
+    return node.attr == "getVersionIntegers" or (of_module and node.attr in ("getVersionString", "__version__"))
+
+
+def _compares_version(node: ast.AST) -> bool:
+    match node:
+        case ast.Compare(left=left, comparators=comparators):
+            return any(map(_is_version, (left, *comparators)))
+        case ast.MatchValue(value=value):
+            return _is_version(value)
+        case ast.Call(func=ast.Attribute(attr="startswith" | "split" | "index"), args=arguments):
+            return _is_version(node.func.value) or any(map(_is_version, arguments))
+        case ast.Subscript(value=value):
+            return _is_version(value)
+    return False
+
+
+def _is_version(node: ast.AST) -> bool:
+    match node:
+        case ast.Constant(value=str() as text):
+            return _VERSION.fullmatch(text) is not None
+        case ast.Tuple(elts=[ast.Constant(value=1), ast.Constant(value=int() as minor), *_]):
+            return 30 <= minor < 40
+        case ast.Tuple(elts=items) | ast.List(elts=items) | ast.Set(elts=items):
+            return any(map(_is_version, items))
+        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)):
+            return name in _ASKED
+    return False
+
+
+def test_versions_of_materialx_are_compared_in_one_place() -> None:
+    sources = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob("*.py")}
+    outside = {name: path for name, path in sources.items() if not name.startswith(VERSIONS)}
+    assert len(outside) < len(sources)
+    wrong = {name: compared_versions(path.read_text(encoding="utf-8")) for name, path in outside.items()}
+    assert {name: lines for name, lines in wrong.items() if lines} == {}
+
+
+@pytest.mark.parametrize(
+    "planted",
+    [
+        'if version < "1.39": pass',
+        'if version == "1.39.5": pass',
+        'if version in ("1.38", "1.39"): pass',
+        "if numbers >= (1, 39, 5): pass",
+        "if materialx_version() != known: pass",
+        "document.getVersionIntegers()",
+        "mx.getVersionString()",
+        'mx.__version__ == "x"',
+        'text.startswith("1.39")',
+        'materialx_version().split(".")',
+        "dialects.version_of(document)[:4]",
+        'match version:\n    case "1.39.5": pass',
+    ],
+)
+def test_a_version_that_is_compared_elsewhere_is_seen(planted: str) -> None:
+    assert compared_versions(planted)
+
+
+@pytest.mark.parametrize(
+    "allowed",
+    [
+        'text = f"from MaterialX {materialx_version()}"',
+        "node.getVersionString() == definition.getVersionString()",
+        'UNSTATED = "1.38"',
+        "if dialect(version).has_retroreflective: pass",
+        "if index < 1.39: pass",
+    ],
+)
+def test_versions_may_be_shown(allowed: str) -> None:
+    assert compared_versions(allowed) == []
