@@ -6,10 +6,16 @@ import os
 import re
 import shutil
 import subprocess
+import tempfile
 from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from mrm_mtlx.engines.base import CompileMessage, EngineFailure
+from mrm_mtlx.engines.base import CompileError, CompileMessage, EngineFailure
 from mrm_mtlx.system.text import text_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 # A compiler that takes longer than this on one shader hangs; they take well under a second.
 TIMEOUT_S = 60.0
@@ -32,16 +38,36 @@ def _runs(path: str, option: str) -> bool:
     return True
 
 
-def log_of(command: list[str], folder: str) -> str:
-    """What a compiler says of a source that it refuses, without the folder's name; "" if it takes it.
+def compile_file(command: Sequence[str], source: str, name: str) -> None:
+    """Have a command compile a source, in a folder of its own that is dropped.
+
+    Parameters
+    ----------
+    command
+        The compiler and its options; the name of the source comes last.
+    source, name
+        The text, and the name of its file.
 
     Raises
     ------
+    CompileError
+        If it refuses the source: the first error.
     EngineFailure
         If it does not run or does not end.
     """
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / name).write_text(source, encoding="utf-8")
+        log = _log([*command, name], folder)
+    if log:
+        raise CompileError([first_message(log, source)])
+
+
+def _log(command: list[str], folder: str) -> str:
+    """What a compiler says of a source that it refuses; "" if it takes it."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, check=False)
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, check=False
+        )
     except subprocess.TimeoutExpired as error:
         raise EngineFailure(f"{command[0]} did not finish within {TIMEOUT_S:g} s") from error
     except OSError as error:

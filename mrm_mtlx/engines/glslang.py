@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.engines import commands
@@ -39,13 +37,12 @@ class Glslang(Engine):
         """As `Engine.compile`; both stages."""
         del images  # it has no textures
         for stage, suffix in (("vertex", "vert"), ("pixel", "frag")):
-            with tempfile.TemporaryDirectory() as folder:
-                source, result = Path(folder) / f"shader.{suffix}", Path(folder) / "shader.spv"
-                source.write_text(shader.sources[stage], encoding="utf-8")
-                log = commands.log_of([_COMMAND, "-V", "--quiet", "-o", str(result), str(source)], folder)
-            if log:
-                message = commands.first_message(log, shader.sources[stage])
-                raise CompileError([replace(message, message=f"{stage} stage: {message.message}")])
+            try:
+                command = [_COMMAND, "-V", "--quiet", "-o", "shader.spv"]
+                commands.compile_file(command, shader.sources[stage], f"shader.{suffix}")
+            except CompileError as error:
+                found = [replace(m, message=f"{stage} stage: {m.message}") for m in error.messages]
+                raise CompileError(found) from error
         return CompiledOnly()
 
 

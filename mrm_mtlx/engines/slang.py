@@ -5,9 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import re
-import tempfile
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.engines import commands
@@ -42,18 +40,11 @@ class Slang(Engine):
         """As `Engine.compile`."""
         del images  # it has no textures
         source = shader.sources["pixel"]
-        compile_source = _compile_with_command if commands.works(_COMMAND, "-v") else _compile_in_python
-        compile_source(source)
+        if commands.works(_COMMAND, "-v"):
+            commands.compile_file([_COMMAND, "-o", "shader.slang-module"], source, "shader.slang")
+        else:
+            _compile_in_python(source)
         return CompiledOnly()
-
-
-def _compile_with_command(source: str) -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "shader.slang"
-        path.write_text(source, encoding="utf-8")
-        log = commands.log_of([_COMMAND, str(path), "-o", str(Path(folder) / "shader.slang-module")], folder)
-    if log:
-        raise CompileError([commands.first_message(log, source)])
 
 
 def _compile_in_python(source: str) -> None:

@@ -17,7 +17,7 @@ from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
 from mrm_mtlx.shadergen import generate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -88,7 +88,8 @@ def render(
     CompileError
         If the engine refuses the shader.
     ValueError
-        If a texture cannot be read, or a comparison is asked for of a material without a retroreflective lobe.
+        If a texture cannot be read, a comparison is asked for of a material without a retroreflective lobe, or the
+        engine lacks what the picture needs.
     """
     panels, images = [], DocumentImages(reach)
     for document in versions(element.getDocument(), options):
@@ -98,9 +99,24 @@ def render(
             for variable, name in shader.files.items()
             if not (names_nothing(name) or is_left_open(name))
         }
+        _refuse_lack(engine, options, textures)
         with engine.compile(shader, textures) as program:
             panels += [_panel(program, replace(options, light_degrees=angle)) for angle in light_angles(options)]
     return side_by_side(panels, _GAP * OVERSAMPLING)
+
+
+def _refuse_lack(engine: Engine, options: PictureOptions, textures: Mapping[str, Any]) -> None:
+    """Raise a ValueError if the engine cannot have a light, the environment or the images of a picture."""
+    can = engine.capabilities
+    lights = {type(_light(degrees)) for degrees in light_angles(options)}
+    lacks = {
+        "takes no such light": not lights <= can.lights,
+        "takes no environment": options.environment is not None and not can.environment,
+        "looks up no images": bool(textures) and not can.textures,
+    }
+    for lack in (words for words, lacking in lacks.items() if lacking):
+        msg = f"{engine.name} {lack}"
+        raise ValueError(msg)
 
 
 def _pixels(name: str, images: DocumentImages) -> NDArray[Any]:

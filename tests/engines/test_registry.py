@@ -164,6 +164,24 @@ def test_render_takes_it_and_its_picture_is_that_of_the_engine_behind_it(toy, mr
     assert "'another' is not one of 'gl', 'cycles', 'toy'" in " ".join(refused.stderr.split())
 
 
+def test_a_picture_that_it_cannot_make_is_refused(toy, in_process, documents):
+    done = in_process("render", documents / "DOC_FILE" / "passes.mtlx", "-o", "x.png", "--engine", "toy", "--size", 16)
+    assert done.exit_code == 2
+    assert "toy looks up no images" in done.stderr
+
+
+def test_the_example_of_the_documentation_is_an_engine(others, mrm, repository):
+    page = (repository / "docs" / "engines.md").read_text(encoding="utf-8")
+    others("my_metal", page.split("```python\n")[1].split("```")[0], metal="my_metal:ENGINE")
+    metal = registry.engine_for("msl")
+    assert metal.name == "metal"
+    assert f"{metal.use}  " in mrm("doctor").stdout
+    if not metal.availability().available:
+        assert metal.availability().remedy == "xcode-select --install"
+    for name, engine in registry.engines().items():
+        assert name == "metal" or f"| `{name}` | {', '.join(engine.targets)} |" in page
+
+
 # What is wrong with others --------------------------------------------------------------------------------------------
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents.images import read_image
+from mrm_mtlx.engines.base import DirectionalLight, PointLight
+from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.reference import ShadingPoints, Surface
 from mrm_mtlx.render import picture
 from mrm_mtlx.render.environment import look_up
@@ -247,3 +251,17 @@ def test_a_picture_is_written_in_bands_that_show_the_same(tmp_path, rng, monkeyp
             picture.write(radiance, tmp_path / name, None)
         assert whole.shape == (12, 5, 3)
         assert np.array_equal(read_image(tmp_path / name), whole)
+
+
+@pytest.mark.parametrize(
+    ("less", "options", "reason"),
+    [
+        ({"lights": frozenset({DirectionalLight})}, {"light_degrees": None}, "gl takes no such light"),
+        ({"lights": frozenset({PointLight})}, {"light_degrees": 10.0}, "gl takes no such light"),
+        ({"environment": False}, {"environment": np.ones((4, 8, 3), np.float32)}, "gl takes no environment"),
+    ],
+)
+def test_an_engine_that_lacks_what_the_picture_needs_is_refused(rendered, monkeypatch, less, options, reason):
+    monkeypatch.setattr(ENGINE, "capabilities", replace(ENGINE.capabilities, **less), raising=False)
+    with pytest.raises(ValueError, match=reason):
+        rendered(WHITE, **options)
