@@ -63,8 +63,9 @@ def test_one_that_does_not_end_has_failed_itself(command, monkeypatch):
 
 
 def test_one_that_is_found_and_does_not_run_is_not_available(command):
-    command("glslangValidator", "#!/nowhere/sh\n")
+    for name in ("glslangValidator", "compiler"):
+        command(name, "#!/nowhere/sh\n")
     assert not commands.works("glslangValidator", "--version")
     assert not glslang.ENGINE.availability().available
     with pytest.raises(EngineFailure, match="does not run"):
-        commands.compile_file(["glslangValidator"], SOURCE, "a.txt")
+        commands.compile_file(["compiler"], SOURCE, "a.txt")
