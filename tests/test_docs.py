@@ -18,6 +18,8 @@ from mrm_mtlx.engines.osl import availability as osl_availability
 REPOSITORY = Path(__file__).parents[1]
 PAGES = (
     "README.md",
+    "CONTRIBUTING.md",
+    "benchmarks/README.md",
     "libraries/pbrlib/README.md",
     "docs/development.md",
     "docs/classes.md",
@@ -32,6 +34,7 @@ PAGES = (
     "docs/plots.md",
     "docs/prismatic.md",
     "docs/reference.md",
+    "docs/releasing.md",
     "docs/reliability.md",
     "docs/usd.md",
     "materials/README.md",
@@ -90,8 +93,11 @@ COMMANDS = {
     "pip install 'mrm-mtlx[osl]'": "(tests/test_wheel.py installs)",
     "python -m tools.osl_accuracy > docs/osl-accuracy.md": "(takes minutes; tests/tools/test_make_docs.py imports it)",
     "python -m tools.make_docs": "(takes minutes; tests/tools/test_make_docs.py has its parts)",
+    "python -m build ../mrm-mtlx-$VERSION": "(tests/test_wheel.py builds)",
+    "python3 -m venv fresh && fresh/bin/pip install ../mrm-mtlx-$VERSION/dist/*.whl": "(tests/test_wheel.py installs)",
     "python -m tools.make_docs --check": "(takes half a minute; tests/tools/test_make_docs.py has its parts)",
-    "python benchmarks/run.py": "(takes minutes and prints times; benchmarks are imported below)",
+    "python -m benchmarks.oracle": "(takes a minute; tests/benchmarks runs it at another size)",
+    "python -m benchmarks.oracle --save": "(takes a minute; tests/benchmarks runs it at another size)",
     "mrm plot --roughness 0.4 --light 20 --light 60 -o lobes.svg": None,
     "mrm plot --roughness 0.4 --light 20 --light 60 --scale polar -o polar.svg": None,
     "mrm plot --model conductor --alpha 0.05 --distribution beckmann --masking v_cavity -o gold.png": None,
@@ -121,7 +127,7 @@ def commands() -> set[str]:
     found = set()
     for page in sorted(set(PAGES) - set(ELSEWHERE)):
         for line in (REPOSITORY / page).read_text(encoding="utf-8").splitlines():
-            if re.match(r"^    (mrm|pip|python|python3|pytest|ruff|mypy)\b", line):
+            if re.match(r"^    (?:    )?(mrm|pip|python|python3|pytest|ruff|mypy)\b", line):
                 found.add(line.strip())
     return found
 
@@ -222,7 +228,10 @@ def test_the_page_of_rules_is_up_to_date() -> None:
     assert page == markdown_page(list(RULES.values())) + "\n", "run: python -m tools.make_docs rules.md"
 
 
-@pytest.mark.parametrize("page", [*PAGES, "docs/upstream-notes.md"])
+DECISIONS = sorted(p.relative_to(REPOSITORY).as_posix() for p in (REPOSITORY / "docs/decisions").glob("*.md"))
+
+
+@pytest.mark.parametrize("page", [*PAGES, "docs/upstream-notes.md", *DECISIONS])
 def test_links_of_the_pages_lead_somewhere(page: str) -> None:
     path = REPOSITORY / page
     links = re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8"))
@@ -283,9 +292,3 @@ def test_the_page_of_reliability_names_every_test_of_hostile_documents() -> None
     found = {path.name for path in (REPOSITORY / "tests/hostile").glob("test_*.py")}
     tools = {"test_fuzz.py", "test_trace.py", "test_scaffolding.py"}
     assert set(re.findall(r"`(test_\w+\.py)`", text)) == found - tools
-
-
-def test_benchmarks_import() -> None:
-    for script in ("benchmarks/run.py",):
-        code = f"import runpy; runpy.run_path({str(REPOSITORY / script)!r}, run_name='imported')"
-        subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
-# Measured best of 2^10 to 2^18 for the conductor (benchmarks/run.py oracle): smaller blocks wait for the interpreter
+# Measured best of 2^10 to 2^18 for the conductor (benchmarks/oracle.md): smaller blocks wait for the interpreter
 # lock, larger ones leave the cache.
 BLOCK = 16384
 

@@ -1,0 +1,1 @@
+"""Times, a module per subject: `python -m benchmarks.oracle`; with `--save`, also kept in the page beside it."""
