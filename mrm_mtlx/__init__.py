@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference import Surface as Surface
     from mrm_mtlx.system.arguments import ArgumentError as ArgumentError
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # The public names, by the module that has them.
 _MODULES = {

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from mrm_mtlx import __version__
+
 REPOSITORY = Path(__file__).parents[1]
 
 
@@ -22,6 +24,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert done.returncode == 0, done.stderr
     (path,) = folder.glob("*.whl")
     return path
+
+
+def test_the_wheel_has_the_version_of_the_package(wheel: Path) -> None:
+    assert wheel.name == f"mrm_mtlx-{__version__}-py3-none-any.whl"
 
 
 def test_the_wheel_carries_the_data(wheel: Path) -> None:
