@@ -38,6 +38,7 @@ sys.path.append(str(Path(__file__).parents[1]))
 pytest_plugins = [
     "tests.fixtures.checks",
     "tests.fixtures.files",
+    "tests.fixtures.material",
     "tests.fixtures.plugins",
     "tests.fixtures.quadrature",
 ]
@@ -123,15 +124,6 @@ def upstream_library() -> DataLibrary:
 def repository() -> Path:
     """Root of the checkout."""
     return Path(__file__).resolve().parents[1]
-
-
-@pytest.fixture(scope="session")
-def shared(repository: Path) -> Path:
-    """Folder of reference material beside the checkout; tests that read it are extras."""
-    folder = repository.parent / "shared"
-    if not folder.is_dir():
-        pytest.skip("the folder 'shared' with reference material is not beside the repository")
-    return folder
 
 
 @pytest.fixture(scope="session")

@@ -64,6 +64,17 @@ def test_the_plane_of_incidence_is_sorted_and_has_the_light_on_its_positive_side
     np.testing.assert_array_equal(f, [[9.0], [6.0], [7.0]])
 
 
+def test_a_tape_of_the_model_is_read_with_its_peaks(tape_file):
+    tape = read_alta(tape_file)
+    np.testing.assert_allclose(np.rad2deg(tape.lights()), [15.0, 30.0, 60.0], rtol=1e-12)
+    for theta_l in tape.lights():
+        theta_v, f = tape.plane_of_incidence(theta_l)
+        assert np.all(np.diff(theta_v) >= 0.0)
+        for side in (theta_v > 0.0, theta_v < 0.0):
+            # Retroreflective on the light's side and mirrored on the other, to the file's step or two.
+            assert abs(theta_v[side][f[side, 0].argmax()]) == pytest.approx(theta_l, abs=np.deg2rad(2.5))
+
+
 def test_the_file_that_the_paper_fits_is_read(shared):
     tape = read_alta(shared / "measured" / "retro_3m_yellow.dat")
     assert (tape.name, tape.f.shape) == ("3M Yellow", (7397, 1))

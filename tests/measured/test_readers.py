@@ -194,8 +194,8 @@ def _write_malformed(path: Path, case: str, header: bytes, merl_bytes: Callable)
 # Any of them
 
 
-def test_the_content_decides_what_a_file_is(written, shared):
-    assert len(read(shared / "measured" / "retro_3m_yellow.dat")) == 7397
+def test_the_content_decides_what_a_file_is(written, tape_file):
+    assert read(tape_file).had_cosine
     assert isinstance(read(written(RA + "0.2,-4,250\n", "tape.dat")), CoefficientSamples)
 
 

@@ -1,4 +1,4 @@
-"""Documents of the MaterialX project, where they are at hand: our library takes none of them away."""
+"""Documents of every kind, ours and those of the MaterialX project: our library takes none of them away."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ WRAPPED = {"glsl": "mrm_mirror_view", "osl": "mrm_look_at"}
 
 
 @pytest.mark.parametrize("target", WRAPPED)
-def test_what_generates_with_the_standard_library_generates_with_ours(shared, library, upstream_library, target):
-    paths = sorted((shared / "corpus").rglob("*.mtlx"))
+def test_what_generates_with_the_standard_library_generates_with_ours(corpus, library, upstream_library, target):
+    paths = sorted(corpus.rglob("*.mtlx"))
     assert paths
     wrapped = 0
     for path in paths:

@@ -10,6 +10,7 @@ import pytest
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
+from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.document_mends import MENDS
@@ -153,7 +154,7 @@ def checked(gl, make_document, library, images):
         expectation = Expectation(true, generator(0, "mends"), 256, images)
         shader = generate(shown, "glsl", library)
         mended = partial(mended_shaders, shown, library)
-        return check_draws(shader, images, {"": (expectation, {})}, "", mended)[""]
+        return check_draws(ENGINE, shader, images, {"": (expectation, {})}, "", mended)[""]
 
     return check
 

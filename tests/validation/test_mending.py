@@ -9,6 +9,7 @@ import pytest
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
+from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.drawing import check_draws
@@ -61,7 +62,7 @@ def checked(gl, make_document, library, images):
         pixel = shader.sources["pixel"]
         assert old in pixel
         changed = replace(shader, sources={**shader.sources, "pixel": pixel.replace(old, new) if old else pixel})
-        return check_draws(changed, images, {"": (expectation, {})}, "")[""]
+        return check_draws(ENGINE, changed, images, {"": (expectation, {})}, "")[""]
 
     return check
 

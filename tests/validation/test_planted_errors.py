@@ -1,8 +1,4 @@
-"""Single errors in a copy of the standard library, each seen by comparing a real document.
-
-The documents are MaterialX's own where the shared corpus is at hand, and one of ours for images, which the corpus has
-none of.
-"""
+"""Single errors in a copy of the standard library, each seen by comparing a whole document: ours, and one of others."""
 
 from __future__ import annotations
 
@@ -17,6 +13,7 @@ import pytest
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
+from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.drawing import check_draws
@@ -26,18 +23,18 @@ from mrm_mtlx.validation.sampling import generator
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-CORPUS = Path(__file__).parents[3] / "shared" / "corpus"
 SAMPLES = 2048
 
 
 @dataclass(frozen=True)
 class Planted:
-    """A change to one file of the standard library, and the document that has to show it.
+    """A change to one file of the standard library, and the document of each corpus that has to show it.
 
-    `opacity` is given to the document's surfaces: those of the corpus are all opaque.
+    `opacity` is given to the surfaces of the shared document: those of that corpus are all opaque.
     """
 
-    document: str
+    own: str
+    shared: str
     file: str
     old: str
     new: str
@@ -46,29 +43,37 @@ class Planted:
 
 ERRORS = {
     "a wrong coefficient in sheen": Planted(
-        "bsdf/sheen_bsdf.mtlx", "pbrlib/genglsl/lib/mx_microfacet_sheen.glsl", "vec2(13.67300", "vec2(13.97300"
+        "sheen",
+        "bsdf/sheen_bsdf",
+        "pbrlib/genglsl/lib/mx_microfacet_sheen.glsl",
+        "vec2(13.67300",
+        "vec2(13.97300",
     ),
     "a swapped layer": Planted(
-        "bsdf/vertical_layering.mtlx",
+        "layer_stack",
+        "bsdf/vertical_layering",
         "pbrlib/genglsl/mx_layer_bsdf.glsl",
         "top.response + base.response * top.throughput",
         "base.response + top.response * base.throughput",
     ),
     "a dropped throughput": Planted(
-        "standard_surface/standard_surface_plastic.mtlx",
+        "standard_surface_enamel",
+        "standard_surface/standard_surface_plastic",
         "pbrlib/genglsl/mx_layer_bsdf.glsl",
         "base.response * top.throughput",
         "base.response",
     ),
     "a missing opacity": Planted(
-        "standard_surface/standard_surface_glass.mtlx",
+        "standard_surface_tinted_glass",
+        "standard_surface/standard_surface_glass",
         "bxdf/standard_surface.mtlx",
         '<input name="opacity" type="float" nodename="opacity_luminance_float" />',
         "",
         opacity="0.5, 0.4, 0.3",
     ),
     "an exchanged pair of roughnesses": Planted(
-        "open_pbr/open_pbr_aluminum_brushed.mtlx",
+        "open_pbr_brushed_steel",
+        "open_pbr/open_pbr_aluminum_brushed",
         "pbrlib/genglsl/lib/mx_microfacet_specular.glsl",
         "vec2 He = H.xy / alpha;",
         "vec2 He = H.xy / alpha.yx;",
@@ -116,18 +121,17 @@ def passing(
         expectation = Expectation(true, generator(0, true.getName()), SAMPLES, images)
         assert not expectation.reason
         shader = generate(drawn, target, drawn_library)
-        yield check_draws(shader, images, {"": (expectation, {})}, "")[""][0].status == "pass"
+        yield check_draws(ENGINE, shader, images, {"": (expectation, {})}, "")[""][0].status == "pass"
 
 
 @pytest.mark.parametrize("name", ERRORS)
-def test_an_error_in_one_node_is_seen_in_a_document_of_the_corpus(gl, library, changed_standard_library, name):
+def test_an_error_in_one_node_is_seen_in_a_document_of_the_corpus(gl, library, changed_standard_library, corpus, name):
     planted = ERRORS[name]
-    path = CORPUS / planted.document
-    if not path.is_file():
-        pytest.skip(f"the shared corpus is not here: {planted.document} is looked for beside the repository")
+    document, opacity = (planted.own, "") if corpus.parent.name == "tests" else (planted.shared, planted.opacity)
+    path = corpus / f"{document}.mtlx"
     wrong = changed_standard_library(planted.file, planted.old, planted.new)
-    assert not all(passing(path, library, wrong, planted.opacity))
-    assert all(passing(path, library, library, planted.opacity))
+    assert not all(passing(path, library, wrong, opacity))
+    assert all(passing(path, library, library, opacity))
 
 
 TEXTURED = """<?xml version="1.0"?>

@@ -9,14 +9,22 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.formats.usd import values
+from tests.fixtures.material import CORPORA
 
 REPOSITORY = Path(__file__).parents[3]
 # Between them: graphs, the place on the surface, partial nodes, a mix, layers.
 MATERIALS = ("licence_plate", "embossed_foil", "hi_vis_tape_silver", "traffic_cone_collar")
-CORPUS = (
-    "bsdf/mix_bsdf", "bsdf/varying_ior", "bsdf/blackbody", "open_pbr/open_pbr_lightbulb", "open_pbr/open_pbr_pearl",
-    "standard_surface/standard_surface_metal_brushed",
-)  # fmt: skip
+# Between them: shares, an index that varies, light, coats, films, anisotropy, other models, patterns, images.
+CORPUS = {
+    "own": (
+        "arithmetic", "own_surface", "lamps", "open_pbr_lacquer", "open_pbr_soap_film",
+        "standard_surface_brushed_brass", "usd_preview_copper", "procedural", "textured", "colour_spaces", "looks",
+    ),
+    "shared": (
+        "bsdf/mix_bsdf", "bsdf/varying_ior", "bsdf/blackbody", "open_pbr/open_pbr_lightbulb", "open_pbr/open_pbr_pearl",
+        "standard_surface/standard_surface_metal_brushed",
+    ),
+}  # fmt: skip
 
 # Everything that has another form in USD: files' prefix, colour spaces, units, interface, several outputs, a definition
 # of the document's own within a graph, geometry as a default, matrices, integers, emission.
@@ -102,9 +110,11 @@ def test_a_material_keeps_its_values_to_the_last_bit(name, imported, round_trip,
     assert max(np.max(a) for a in before) > 0.01
 
 
-@pytest.mark.parametrize("name", CORPUS)
-def test_a_document_of_others_keeps_its_values(name, shared, imported, round_trip, shades, rng):
-    source = imported(shared / "corpus" / f"{name}.mtlx")
+@pytest.mark.parametrize(
+    "path", [CORPORA[which] / f"{name}.mtlx" for which in CORPORA for name in CORPUS[which]], ids=lambda path: path.stem
+)
+def test_a_document_of_the_corpus_keeps_its_values(path, imported, round_trip, shades, rng):
+    source = imported(path)
     assert same(shades(source, rng), shades(round_trip(source), rng))
 
 
