@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.base import CompileError, CompileMessage, DirectionalLight, Engine, EngineFailure, Program
 from mrm_mtlx.engines.gl import ENGINE, SurfaceProgram
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.drawing import CheckedImages, check_draws
+from mrm_mtlx.validation.drawing import check_draws
 from mrm_mtlx.validation.expectation import Expectation
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 
 import pytest
-from mrm_mtlx.validation.request import Request
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.library import Origin, materials_folder
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.flag_use import ignores_flag
+from mrm_mtlx.validation.options import Request
 
 RETRO = """
 <{node} name="bsdf" type="BSDF"><input name="retroreflective" type="boolean" value="true"/></{node}>
