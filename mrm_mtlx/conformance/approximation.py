@@ -89,7 +89,7 @@ MATERIALS = (
 
 
 def bounds(node: str, alpha: float) -> tuple[float, float]:
-    """What is promised of L1 error and albedo of a node at a width; infinite beyond the widths of `BOUNDS`."""
+    """The promised L1 error and albedo of a node at a width; infinite beyond the widths of `BOUNDS`."""
     return next(((l1, albedo) for widest, l1, albedo in BOUNDS[node] if alpha <= widest), (np.inf, np.inf))
 
 

@@ -40,7 +40,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """What the case is called; also seeds its random numbers."""
+        """The name in reports; also seeds the random numbers."""
         shape = "anisotropic" if self.anisotropic else "isotropic"
         flag = "retroreflective" if self.retroreflective else "ordinary"
         return " ".join((self.node, flag, shape, *(["film"] if self.film else [])))

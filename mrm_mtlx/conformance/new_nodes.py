@@ -1,4 +1,4 @@
-"""The cases of the nodes that MaterialX has not, and what they are compared with.
+"""The cases of the nodes that MaterialX lacks, and what they are compared with.
 
 The tolerance of a sample is the one of the reference, which evaluates the node's own graph; the expected value is not:
 
@@ -35,13 +35,13 @@ _INDICES, _ROTATIONS = (1.05, 2.0), (-180.0, 180.0)
 
 @dataclass(frozen=True)
 class NewCase(Case):
-    """One configuration of a node that MaterialX has not; `metallised` is that of `mrm_prismatic_weight`."""
+    """One configuration of a node that MaterialX lacks; `metallised` is that of `mrm_prismatic_weight`."""
 
     metallised: bool = False
 
     @property
     def name(self) -> str:
-        """What the case is called; also seeds its random numbers."""
+        """The name in reports; also seeds the random numbers."""
         if self.node == WEIGHT_NODE:
             return f"{self.node} {'metallised' if self.metallised else 'backed by air'}"
         return super().name.replace(" retroreflective", " partly retroreflective")

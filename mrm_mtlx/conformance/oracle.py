@@ -21,7 +21,7 @@ _BATCH = 1 << 14
 
 
 class Oracle:
-    """What a surface is expected to return, evaluated in the background; a context manager."""
+    """The expected values of a surface, evaluated in the background; a context manager."""
 
     def __init__(self, surface: Surface, points: ShadingPoints) -> None:
         self._pool = ThreadPoolExecutor(processors())
@@ -35,7 +35,7 @@ class Oracle:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Drop what has not begun."""
+        """Drop what did not begin."""
         self._pool.shutdown(cancel_futures=True)
 
     def tolerance(self) -> Tolerance:

@@ -7,7 +7,7 @@ Four variants, as the library has them:
 * the mode that is exact in the renderer, in Cycles: flag on, the surface met again from v' through a ray portal;
 * aligned: flag on, a standard closure in a turned frame, approximate: L1 error and albedo against stated bounds.
 
-The nodes that MaterialX has not are graphs of these: the share of prismatic sheeting is exact, as closures; partial
+The nodes that MaterialX lacks are graphs of these: the share of prismatic sheeting is exact, as closures; partial
 retroreflection is (1 - w) and w times what the standard node's two closures reflect (its parts).
 
 MaterialX's own implementation has closures alone, with the flag off and on.
@@ -168,7 +168,7 @@ def _closures(
     origin: Origin,
     mode: OslMode = OslMode.ALIGNED,
 ) -> CaseResult:
-    """What the closures of the generated shader reflect of suns at several angles."""
+    """The light that the closures of the generated shader reflect, of suns at several angles."""
     library = load_library(origin)
     surface = _surface(case, origin)
     program = _compiled(bench, document_of(case, library.document, from_properties=False), library, mode)
@@ -182,7 +182,7 @@ def _closures(
 
 
 def _parts(case: NewCase, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
-    """What the graph's closures reflect, beside the sum of what the two closures in it do alone."""
+    """The light that the graph's closures reflect, beside the sum of that of the two closures in it."""
     library = load_library()
     groups, points = _sun_points(case, samples, seed, bench)
     document = document_of(case, library.document, from_properties=False)

@@ -16,7 +16,7 @@ SCHEMA = "mrm.conformance/1"
 
 @dataclass(frozen=True)
 class Approximation:
-    """How near an approximate lobe is to the exact one, at one width and view angle.
+    """The error of an approximate lobe, at one width and view angle.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Approximation:
 
     @property
     def passed(self) -> bool:
-        """Whether both promises hold."""
+        """True if both promises hold."""
         return self.l1 <= self.l1_bound and abs(self.albedo - 1.0) <= self.albedo_bound
 
     @property
@@ -79,7 +79,7 @@ class CaseResult:
 
     @property
     def name(self) -> str:
-        """What the report calls it."""
+        """The name in reports."""
         return f"{self.case.name}, {self.variant}" if self.variant else self.case.name
 
     @property

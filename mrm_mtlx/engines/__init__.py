@@ -1,1 +1,1 @@
-"""What can run or compile generated source on this machine. Each engine says whether it is available and why not."""
+"""Engines: what compiles, runs or renders generated source here. `base` is the contract, `registry` knows them all."""

@@ -1,4 +1,4 @@
-"""Compilers that are commands: whether they run, and how they are run over a source in a folder of its own."""
+"""Compilers that are commands, each run over a source in a folder of its own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TIMEOUT_S = 60.0
 
 
 def works(command: str, option: str) -> bool:
-    """Whether there is a command of this name on the path that runs, with an option that has it say something."""
+    """True if a command of this name is on the path and runs, with an option that has it say something."""
     path = shutil.which(command)
     return path is not None and _runs(path, option)
 
@@ -63,7 +63,7 @@ def compile_file(command: Sequence[str], source: str, name: str) -> None:
 
 
 def _log(command: list[str], folder: str) -> str:
-    """What a compiler says of a source that it refuses; "" if it takes it."""
+    """The words of a compiler on a source that it refuses; "" if it takes it."""
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, check=False

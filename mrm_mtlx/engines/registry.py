@@ -78,17 +78,17 @@ def unserved(target: str) -> str:
 
 
 def runs(engine: Engine) -> bool:
-    """Whether an engine's programs give colours at points."""
+    """True if an engine's programs give colours at points."""
     return engine.capabilities.runs
 
 
 def measures_closures(engine: Engine) -> bool:
-    """Whether an engine measures what closures reflect."""
+    """True if an engine measures what closures reflect."""
     return engine.bench is not None
 
 
 def renders(engine: Engine) -> bool:
-    """Whether an engine can make a picture."""
+    """True if an engine can make a picture."""
     return runs(engine) or engine.path_tracer is not None
 
 

@@ -1,4 +1,4 @@
-"""What MaterialX cannot generate, said beforehand or better than by its generators."""
+"""Nodes that MaterialX cannot generate code of, said beforehand or better than by its generators."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def without_code(element: Any, target: str) -> list[str]:
 
 
 def of_two_transforms(element: Any, target: str) -> str:
-    """Where below an element a node takes two files in a colour space, of which MaterialX's generators die; or "".
+    """Path of a node below an element that takes two files in a colour space: MaterialX's generators die of it; or "".
 
     The colours of each file are transformed behind the node, by two transforms that get one name. Only in the document:
     the libraries have no such node.
@@ -65,7 +65,7 @@ def _nodes_below(element: Any, target: str) -> Iterator[Any]:
 
 
 def _sources(node: Any) -> Iterator[Any]:
-    """What a node's inputs are connected to, also through the interface of its graph."""
+    """The sources of a node's inputs, also through the interface of its graph."""
     for given in node.getInputs():
         yield given.getConnectedNode()
         interface = given.getInterfaceInput()

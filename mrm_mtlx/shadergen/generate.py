@@ -22,7 +22,7 @@ LIGHT_TYPES = {"directional_light": 1, "point_light": 2}
 
 
 class OslMode(StrEnum):
-    """How the node library makes a retroreflective lobe in OSL, see docs/osl.md.
+    """The ways in which the node library makes a retroreflective lobe in OSL, see docs/osl.md.
 
     `ALIGNED`: of a standard closure, in any renderer, approximate. `CYCLES`: through a ray portal, exact, in Cycles on
     the CPU alone. `KEYWORD`: of a closure with the keyword argument "retroreflective", in a renderer that knows it.

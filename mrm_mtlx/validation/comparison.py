@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a comparison found.
+    """The figures of a comparison.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Comparison:
 
     @property
     def passed(self) -> bool:
-        """Whether no sample is off by more than is allowed."""
+        """True if no sample is off by more than is allowed."""
         return self.differing == 0
 
 

@@ -41,7 +41,7 @@ GIVEN_UP = "given up after other parts of the document"
 
 @dataclass
 class _Outcome:
-    """What a step of a check gives: a target's result, findings, and the nodes whose flag the code ignores."""
+    """The outcome of a step: a target's result, findings, and the nodes whose flag the code ignores."""
 
     result: TargetResult
     findings: list[Finding]
@@ -111,7 +111,7 @@ class ElementCheck:
         return [rule.at(self._place, f"{found}, expected at most 1 (up to {ALBEDO_BOUND:g} passes)")]
 
     def _outcome(self, target: str) -> _Outcome:
-        """What the check of a target gives, now or in the process before."""
+        """The outcome of the check of a target, now or in the process before."""
         step = Step(self._renderable.name, target)
         if self._steps.skips(step):
             return _Outcome(TargetResult(Stage.READ, Status.SKIP, GIVEN_UP), [])
@@ -132,7 +132,7 @@ class ElementCheck:
         return _Outcome(result, findings, self._images.findings, ignoring)
 
     def _compiled_or_run(self, shader: Shader, *, honoured: bool) -> tuple[TargetResult, list[Finding]]:
-        """What engines make of a shader; closures are compared where the flags are `honoured`."""
+        """The result of a shader in its engine; closures are compared where the flags are `honoured`."""
         engine = registry.engine_for(shader.target)
         if engine is None:
             return TargetResult(Stage.GENERATE, Status.SKIP, registry.unserved(shader.target)), []
@@ -159,7 +159,7 @@ class ElementCheck:
 
 
 def _lost(found: Finding) -> _Outcome:
-    """What stands for a target in whose check a process was lost."""
+    """The outcome of a target in whose check a process was lost."""
     return _Outcome(TargetResult(Stage.GENERATE, Status.FAIL), [found])
 
 

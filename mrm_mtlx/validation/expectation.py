@@ -1,4 +1,4 @@
-"""What a surface is expected to show, and how what a shader shows compares: shared by all checks of surfaces."""
+"""The expected colours of a surface, and their comparison with those of a shader; shared by all checks of surfaces."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.validation.comparison import Comparison
 
-# Surroundings of one colour, no two channels alike: what a lobe shows of them is its albedo, and what it lets through.
+# An environment of one colour, no two channels alike: what a lobe shows of it is its albedo, and what it lets through.
 # In ESSL, MaterialX's samplers have the language's default precision, lowp, which holds these numbers exactly.
-_SURROUNDINGS = (1.0, 0.75, 0.5)
-# Directions by which the light of the surroundings on a glossy lobe is estimated; each costs as much as a sample under
+_ENVIRONMENT = (1.0, 0.75, 0.5)
+# Directions by which the light of the environment on a glossy lobe is estimated; each costs as much as a sample under
 # one light, so there are as many samples fewer.
 _DIRECTIONS = 16
 
@@ -40,7 +40,7 @@ _BELOW = 7
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a comparison came to.
+    """The outcome of a comparison.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Verdict:
 
 
 class Expectation:
-    """The reference of one surface over samples: under one light, and in surroundings of one colour.
+    """The reference of one surface over samples: under one light, and in an environment of one colour.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Expectation:
 
     def draw(self, program: Program, uniforms: Mapping[str, Any] | None = None) -> tuple[NDArray[np.floating], ...]:
         """Colours that a shader gives for the samples: under the light and, where it takes one, in the environment."""
-        pixel = np.full((1, 1, 3), _SURROUNDINGS, dtype=np.float32)
+        pixel = np.full((1, 1, 3), _ENVIRONMENT, dtype=np.float32)
         lighting = [Lighting(DirectionalLight(sampling.LIGHT))]
         if program.capabilities.environment:
             lighting.append(Lighting(environment=DrawnEnvironment(pixel, pixel, _DIRECTIONS)))
@@ -154,7 +154,7 @@ class Expectation:
             surface = self.surface
             if deviations or surface is None:
                 surface = Surface(self._element, images=self._images, deviations=deviations)
-            around = Illumination(light=False, environment=Environment.constant(_SURROUNDINGS, _DIRECTIONS))
+            around = Illumination(light=False, environment=Environment.constant(_ENVIRONMENT, _DIRECTIONS))
             lit, few = self._points
             self._tolerances[deviations] = [surface.tolerance(lit), surface.tolerance(few, around)]
             self._met |= surface.met

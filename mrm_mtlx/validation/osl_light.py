@@ -68,7 +68,7 @@ def compare_in_osl(
 
 
 def _depends_on_tangents(surface: Surface, rng: np.random.Generator, lobes: Sequence[sampling.LobeShape]) -> bool:
-    """Whether a turn of the tangents changes the response: equal widths ask for them too, and do not depend on them."""
+    """True if a turn of the tangents changes the response: equal widths ask for them too, and do not depend on them."""
     points = sampling.shading_points(rng, *sampling.sample_local(rng, 256, lobes))
     turned = replace(points, tangent=np.cross(points.normal, points.tangent) + 0.5 * points.tangent)
     before, after = surface.response(points), surface.response(turned)

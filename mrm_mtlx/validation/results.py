@@ -34,7 +34,7 @@ class Status(StrEnum):
 
 @dataclass
 class TargetResult:
-    """How far one renderable element got on one target.
+    """The result of one renderable element on one target.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class RenderableResult:
 
     @property
     def name(self) -> str:
-        """What reports call it."""
+        """The name in reports."""
         return f"{self.path} + retroreflective {self.switched}" if self.switched else self.path
 
     def to_json(self) -> dict[str, Any]:

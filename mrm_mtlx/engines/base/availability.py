@@ -1,4 +1,4 @@
-"""What an engine says about this machine."""
+"""The state of an engine on this machine."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Availability:
-    """Whether an engine works here.
+    """The state of an engine: it works here, or lacks something.
 
     Attributes
     ----------
@@ -25,5 +25,5 @@ class Availability:
 
     @property
     def reason(self) -> str:
-        """Why it was skipped, and what adds it."""
+        """The words for a skip: what is missing, and what adds it."""
         return f"{self.detail}; {self.remedy}"

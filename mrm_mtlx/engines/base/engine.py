@@ -1,4 +1,4 @@
-"""An engine: what compiles, runs or renders generated source of some targets on this machine."""
+"""An engine: it compiles, runs or renders generated source of some targets on this machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Engine(ABC):
-    """What compiles, runs or renders generated source; the registry has one instance of each.
+    """A compiler, runner or renderer of generated source; the registry has one instance of each.
 
     Attributes
     ----------

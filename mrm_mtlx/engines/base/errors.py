@@ -1,4 +1,4 @@
-"""How an engine fails: it refuses a source, or it does not work."""
+"""Failures of engines: a source is refused, or the engine does not work."""
 
 from __future__ import annotations
 

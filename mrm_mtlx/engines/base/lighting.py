@@ -1,4 +1,4 @@
-"""What lights a draw: at most one light, and an environment."""
+"""The light on the points of an evaluation: at most one light, and an environment."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Environment:
 
 @dataclass(frozen=True)
 class Lighting:
-    """Light and eye of one draw; without an environment, surroundings are black."""
+    """Light and eye of one evaluation; without an environment, all around is black."""
 
     light: DirectionalLight | PointLight | None = None
     environment: Environment | None = None

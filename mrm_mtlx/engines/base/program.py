@@ -22,7 +22,7 @@ FLOAT32_BITS = 24
 
 @dataclass(frozen=True)
 class Capabilities:
-    """What the programs of an engine can be asked for.
+    """Abilities of the programs of an engine.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a path tracer is given to look at, and how it is asked for a picture."""
+"""Scenes for path tracers, and the contract of one."""
 
 from __future__ import annotations
 

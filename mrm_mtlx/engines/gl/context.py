@@ -57,7 +57,7 @@ def _point() -> Any:
 
 @cache
 def availability() -> Availability:
-    """Whether generated GLSL can run here; the detail names the driver."""
+    """The driver, tried; the detail names it."""
     try:
         info = context().info
     except RuntimeError as error:

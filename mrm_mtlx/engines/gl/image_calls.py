@@ -1,4 +1,4 @@
-"""How generated code asks for its images: address modes, filter and default of each file.
+"""The image lookups of generated code: address modes, filter and default of each file.
 
 The functions of image nodes take all of these as arguments and use none: setting up the sampler is left to the host.
 MaterialX's own hosts guess by the names of uniforms, which misses what a graph decides (latlongimage mirrors at the
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How an image is looked up.
+    """The lookup of an image.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ _GIVEN, _TRANSFORMED = "_cm_in", "_cm_out"
 
 
 def samplings(shader: Shader) -> dict[str, Sampling]:
-    """How each file uniform of a GLSL shader is looked up, by variable name; where it is several times, the first."""
+    """The lookup of each file uniform of a GLSL shader, by variable name; of several, the first."""
     functions = {m[1]: _Function(*_parameters(m[2]), m[3]) for m in _FUNCTION.finditer(shader.sources["pixel"])}
     files = [port.variable for port in shader.uniforms if port.type == "filename"]
     known = {port.variable: port.value for port in shader.uniforms if port.type != "filename"}
@@ -110,7 +110,7 @@ def _lookups(
 
 
 def _sampling(image: _Function, given: Mapping[str, Any]) -> Sampling:
-    """What an image function is called with; hex-tiled images have a default alone."""
+    """The arguments of an image function; hex-tiled images have a default alone."""
     components = _COMPONENTS.get(image.types[-1], 4)
     default = given.get("defaultval", given.get("default_value"))
     numbers = default if isinstance(default, tuple) else (default,) * components
@@ -126,7 +126,7 @@ def _sampling(image: _Function, given: Mapping[str, Any]) -> Sampling:
 
 
 def _choice(names: tuple[str, ...], given: Any, otherwise: str) -> str:
-    """What is given by its place or, where the generator met no enumeration, by its name."""
+    """The choice that is given by its index or, where the generator met no enumeration, by its name."""
     if isinstance(given, str):
         return given if given in names else otherwise
     return names[int(given)] if given is not None and 0 <= given < len(names) else otherwise
@@ -153,7 +153,7 @@ def _arguments(text: str, start: int) -> list[str]:
 
 
 def _value(text: str, known: Mapping[str, Any]) -> Any:
-    """What is known of an expression: a variable's value, or numbers written out; else None."""
+    """The known value of an expression: that of a variable, or numbers written out; else None."""
     if text in known:
         return known[text]
     if text.endswith(_TRANSFORMED):

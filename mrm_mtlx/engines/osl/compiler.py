@@ -27,12 +27,12 @@ _HEADERS = "libraries/stdlib/genosl/include"
 
 
 def availability() -> Availability:
-    """Whether OSL can be compiled here, by oslc or by Cycles."""
+    """The compiler that is used here: oslc, or that of Cycles."""
     return Availability(True, "oslc") if _has_oslc() else process.availability()
 
 
 def _has_oslc() -> bool:
-    """Whether there is an oslc on the path that runs."""
+    """True if an oslc is on the path and runs."""
     return commands.works("oslc", "--help")
 
 

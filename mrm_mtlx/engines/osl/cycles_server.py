@@ -22,7 +22,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-# Columns of the map by which directions to the surroundings are drawn, at the least.
+# Columns of the map by which directions to the environment are drawn, at the least.
 LEAST_MAP = 64
 
 
@@ -241,7 +241,7 @@ def add_light(scene, light):
 
 
 def set_world(scene, world):
-    """Surroundings: a constant `radiance`, or a latitude-longitude `image`, or black."""
+    """The environment: a constant `radiance`, or a latitude-longitude `image`, or black."""
     scene.world = bpy.data.worlds.new("world")
     scene.world.use_nodes = True
     tree = scene.world.node_tree

@@ -1,4 +1,4 @@
-"""Measures in Cycles: values of OSL functions, and what closures reflect."""
+"""Measurements in Cycles: values of OSL functions, and the light that closures reflect."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _BATCH = 1 << 16
 
 
 def evaluate(shader: Path, inputs: Mapping[str, Array]) -> NDArray[np.float32]:
-    """What a shader emits for each sample, (samples, 3): its output is `emission() * value`, which may be negative.
+    """Values that a shader emits for each sample, (samples, 3): it puts out `emission() * value`, which may be negative.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def _normal_shader(runtime: process.CyclesProcess) -> Path:
 def furnace(
     shader: Path, normals: Array, inputs: Mapping[str, Array], samples: int, bounces: int = 4, seed: int = 0
 ) -> NDArray[np.float32]:
-    """Radiance of facets in white surroundings of radiance 1, (samples, 3): their directional albedo, with noise.
+    """Radiance of facets in a white environment of radiance 1, (samples, 3): their directional albedo, with noise.
 
     `samples` is the number of paths per facet.
     """

@@ -91,12 +91,12 @@ class CyclesProcess:
 
     @property
     def folder(self) -> Path:
-        """Where requests find and leave files; gone after `close`."""
+        """The folder in which requests find and leave files; gone after `close`."""
         return Path(self._folder)
 
     @property
     def alive(self) -> bool:
-        """Whether it can still answer."""
+        """True while it can answer."""
         return self._process.poll() is None
 
     def request(
@@ -212,7 +212,7 @@ class CyclesProcess:
 
 
 def _command(interpreter: str, folder: str, log: Path) -> list[str]:
-    """What starts the server, through its keeper where processes know who started them."""
+    """The command that starts the server, through its keeper where processes know who started them."""
     server = [interpreter, "-I", str(SERVER), str(log)]
     return [sys.executable, "-I", str(KEEPER), str(os.getpid()), folder, *server] if os.name == "posix" else server
 
@@ -228,7 +228,7 @@ def interpreter() -> str | None:
 
 @cache
 def availability() -> Availability:
-    """Whether OSL can be compiled and rendered here: a process was started and asked."""
+    """The runtime, tried: a process was started and asked for its versions."""
     chosen = interpreter()
     if chosen is None:
         return Availability(False, _why_not(), _remedy())

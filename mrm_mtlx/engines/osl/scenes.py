@@ -1,4 +1,4 @@
-"""What Cycles is given to look at: a cloud of facets, one per sample and pixel, or the mesh of a picture."""
+"""Scenes in Cycles: a cloud of facets, one per sample and pixel, or the mesh of a picture."""
 
 from __future__ import annotations
 
