@@ -25,7 +25,7 @@ _BATCH = 1 << 16
 
 
 def evaluate(shader: Path, inputs: Mapping[str, Array]) -> NDArray[np.float32]:
-    """Values that a shader emits for each sample, (samples, 3): it puts out `emission() * value`, which may be negative.
+    """Values that a shader emits for each sample, (samples, 3): it puts out `emission() * value`, of either sign.
 
     Parameters
     ----------
