@@ -10,7 +10,9 @@ or
     0.2, -4, 250
 
 Lines that begin with `#` are comments; `# name: ...` names what was measured. The first other line has the names, in
-any order, with commas between; every further line is a sample. `COLUMNS` has the names and their units. A table has
+any order, with commas or semicolons between; every further line is a sample, separated in the same way. Between
+semicolons numbers may have a decimal comma, as spreadsheets write them in much of Europe; then all of them have it that
+have decimals. `COLUMNS` has the names and their units. A table has
 either BRDF samples (theta_l, theta_v, dphi, values) or coefficients of retroreflection (observation, entrance, value).
 """
 
@@ -51,8 +53,63 @@ _GEOMETRY = ("observation", "entrance")
 # The columns of values that belong together.
 _VALUES = (("f",), ("f_r", "f_g", "f_b"), ("f_cos_l",), ("f_cos_l_r", "f_cos_l_g", "f_cos_l_b"))
 
+SEPARATORS = (",", ";")
 # Of coefficients, all are fitted and all are drawn; a goniometer's whole table has some thousands.
 MAXIMUM_COEFFICIENTS = 20_000
+
+
+class _Form:
+    """How a table writes its cells, as far as is known from the lines that were read.
+
+    Attributes
+    ----------
+    separator
+        A comma or a semicolon, as the line of names has it.
+    marks
+        By decimal mark, the first line that has it.
+    """
+
+    def __init__(self, separator: str) -> None:
+        self.separator = separator
+        self.marks: dict[str, int] = {}
+
+    @classmethod
+    def of(cls, names: str, line: int) -> _Form:
+        """The form of the table whose columns have these names.
+
+        Raises
+        ------
+        LineError
+            If nothing separates the names, or both characters do.
+        """
+        found = [separator for separator in SEPARATORS if separator in names]
+        if len(found) == 1:
+            return cls(found[0])
+        problem = "has both commas and semicolons" if found else "has no comma or semicolon"
+        raise LineError(line, f"{shown(names)} {problem}; expected names of columns, separated by one of them")
+
+    def cells(self, text: str) -> list[str]:
+        """The cells of a line."""
+        return [word.strip() for word in text.split(self.separator)]
+
+    def number(self, word: str, line: int) -> float:
+        """The number of a cell.
+
+        Raises
+        ------
+        LineError
+            If it is none, or not finite, or if other cells have another decimal mark.
+        """
+        if self.separator == ";":
+            for mark in ".,":
+                if mark in word:
+                    self.marks.setdefault(mark, line)
+            if len(self.marks) > 1:
+                where = f"a decimal point in line {self.marks['.']} and a decimal comma in line {self.marks[',']}"
+                raise LineError(line, f"{shown(word)}: {where}; expected one of them, and no mark between thousands")
+            if word.count(",") == 1:
+                word = word.replace(",", ".")
+        return finite(word, line)
 
 
 class _Column(NamedTuple):
@@ -90,12 +147,13 @@ def is_table(head: str) -> bool:
     """Whether the first line of a file that is no comment looks like names of columns."""
     for line in text_lines(head):
         if line.strip() and not line.lstrip("\ufeff").startswith("#"):
-            return any(letter.isalpha() for letter in line) and "," in line
+            return any(letter.isalpha() for letter in line) and any(each in line for each in SEPARATORS)
     return False
 
 
 def _table(stream: BinaryIO, name: str) -> Measurement | CoefficientSamples:
     columns: list[_Column] = []
+    form = _Form(",")
     header = 0
     rows: list[list[float]] = []
     places: list[int] = []
@@ -104,11 +162,12 @@ def _table(stream: BinaryIO, name: str) -> Measurement | CoefficientSamples:
             key, colon, value = text[1:].partition(":")
             name = value.strip() if colon and key.strip() == "name" else name
         elif not columns:
-            columns, header = _header(text, number), number
+            form = _Form.of(text, number)
+            columns, header = _header(form.cells(text), number), number
         elif len(rows) == (most := _most(columns)):
             raise LineError(number, f"more than the {most} samples that are read")
         else:
-            rows.append(_row(text, number, columns))
+            rows.append(_row(text, number, columns, form))
             places.append(number)
     if not columns:
         raise LineError(
@@ -148,10 +207,8 @@ def _factor(title: str, quantity: str) -> float:
     return COLUMNS[quantity][title[len(quantity) + 1 :]]
 
 
-def _header(text: str, line: int) -> list[_Column]:
-    if "," not in text:
-        raise LineError(line, f"{shown(text)} has no comma; expected names of columns, separated by commas")
-    columns = [_column(word.strip(), i, line) for i, word in enumerate(text.split(","), start=1)]
+def _header(titles: list[str], line: int) -> list[_Column]:
+    columns = [_column(title, i, line) for i, title in enumerate(titles, start=1)]
     quantities = [column.quantity for column in columns]
     for quantity in quantities:
         if quantities.count(quantity) > 1:
@@ -191,11 +248,13 @@ def _spelling(quantity: str) -> str:
     return " or ".join(f"{quantity}_{unit}" for unit in COLUMNS[quantity])
 
 
-def _row(text: str, line: int, columns: list[_Column]) -> list[float]:
-    words = [word.strip() for word in text.split(",")]
+def _row(text: str, line: int, columns: list[_Column], form: _Form) -> list[float]:
+    words = form.cells(text)
     if len(words) != len(columns):
-        raise LineError(line, f"{len(words)} columns, where the line of names has {len(columns)}")
-    return [finite(word, line) * column.factor for word, column in zip(words, columns, strict=True)]
+        is_split = form.separator == "," and len(words) > len(columns)
+        hint = "; with decimal commas, separate columns by semicolons" if is_split else ""
+        raise LineError(line, f"{len(words)} columns, where the line of names has {len(columns)}{hint}")
+    return [form.number(word, line) * column.factor for word, column in zip(words, columns, strict=True)]
 
 
 def _brdf(table: _Table, name: str) -> Measurement:

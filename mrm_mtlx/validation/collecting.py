@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,7 +31,7 @@ def collect(paths: Sequence[Path], options: ValidationOptions) -> tuple[list[Doc
             continue
         is_folder = path.is_dir()
         root = path if is_folder else path.parent
-        for file in documents_of(path) if is_folder else [path]:
+        for file in documents_of(path, options.exclude) if is_folder else [path]:
             name = shown_path(file, path if is_folder else None)
             reach = Reach(file.parent, root, options.roots)
             problem = _unreadable(file, reach if is_folder else None)
@@ -40,10 +42,38 @@ def collect(paths: Sequence[Path], options: ValidationOptions) -> tuple[list[Doc
     return missing, list(requests.values())
 
 
-def documents_of(folder: Path) -> list[Path]:
-    """Files of all formats in a folder and those below it, sorted."""
-    found = (path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
+def documents_of(folder: Path, exclude: Sequence[str] = ()) -> list[Path]:
+    """Files of all formats in a folder and those below it, sorted.
+
+    Folders below it that are hidden, as `.git` is, or that tools fill with packages (`node_modules`) are passed over;
+    links to folders are not followed.
+
+    Parameters
+    ----------
+    folder
+        Searched whatever its own name is.
+    exclude
+        Patterns of what is passed over as well, with `*`, `?` and `[...]` for any characters. One without `/` is for
+        the name of a file or folder anywhere below; one with `/` is for a path relative to the folder.
+    """
+    found: list[Path] = []
+    for here, folders, files in os.walk(folder):
+        below = Path(here).relative_to(folder)
+        folders[:] = [name for name in folders if not (_is_a_tools(name) or _matches(below / name, exclude))]
+        # What is called as a document is, and is a folder, is found here and refused where it is read.
+        names = [name for name in (*folders, *files) if Path(name).suffix.lower() in SUFFIXES]
+        found += [Path(here, name) for name in names if not _matches(below / name, exclude)]
     return sorted(found, key=Path.as_posix)
+
+
+def _is_a_tools(name: str) -> bool:
+    """Whether a folder below the one that was named belongs to a tool."""
+    return name.startswith(".") or name == "node_modules"
+
+
+def _matches(path: Path, patterns: Sequence[str]) -> bool:
+    """Whether a pattern is for a path, relative to the folder that was named."""
+    return any(fnmatchcase(path.as_posix() if "/" in each else path.name, each.strip("/")) for each in patterns)
 
 
 def _unreadable(file: Path, reach: Reach | None) -> Finding | None:

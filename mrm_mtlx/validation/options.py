@@ -50,6 +50,9 @@ class ValidationOptions(CheckOptions):
         Seconds that reading a document may take, and then each of its surfaces on each target.
     roots
         Folders from which files may be read beside the one that is checked, and in which they are looked for.
+    exclude
+        Patterns of files and folders that are passed over where a folder is searched; `collecting.documents_of` says
+        how they are read.
     select, ignore
         Beginnings of codes: only the findings of these rules, and none of those.
     """
@@ -57,6 +60,7 @@ class ValidationOptions(CheckOptions):
     jobs: int = 0
     timeout_s: float = TIME_LIMIT_S
     roots: tuple[Path, ...] = ()
+    exclude: tuple[str, ...] = ()
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
 

@@ -20,6 +20,7 @@ ROUNDING = 1e-14
 
 BRDF = "theta_l_deg, theta_v_deg, dphi_deg, f_per_sr\n"
 RA = "observation_deg, entrance_deg, ra_cd_per_lx_m2\n"
+EUROPEAN = "theta_l_deg;theta_v_deg;dphi_deg;f_per_sr\n"
 
 
 def refusal(path: Path) -> str:
@@ -44,6 +45,14 @@ def test_a_table_of_brdf_samples_is_read_in_any_order_of_columns(written):
     np.testing.assert_allclose(np.rad2deg(tape.theta_v), [30.0, 90.0], rtol=ROUNDING)
     np.testing.assert_allclose(np.rad2deg(tape.dphi), [-170.0, -90.0], rtol=ROUNDING)
     np.testing.assert_array_equal(tape.f, [[2.5], [0.0]])
+
+
+@pytest.mark.parametrize("sample", ["12,5;30;-0,25;2,5", "12.5; 30; -0.25; 2.5", "1,25e1;30;-25e-2;2,50"])
+def test_a_table_with_semicolons_is_read_with_either_decimal_mark(written, sample):
+    tape = read(written("\ufeff# name: Folie\n" + EUROPEAN + sample + "\n"))
+    assert tape.name == "Folie"
+    np.testing.assert_allclose(np.rad2deg([tape.theta_l, tape.theta_v, tape.dphi]), [[12.5], [30.0], [-0.25]])
+    np.testing.assert_array_equal(tape.f, [[2.5]])
 
 
 def test_radians_channels_and_a_cosine_of_the_light_are_converted(written):
@@ -82,7 +91,17 @@ BAD_TABLES = {
     "one channel of three": (BRDF.replace("f_per", "f_r_per"), 1, "columns of values 'f_r'"),
     "both kinds of tables": (BRDF.strip() + ",observation_deg\n", 1, "expected one kind"),
     "column twice": (BRDF.strip() + ",f_per_sr\n", 1, "'f' stands in two columns"),
-    "semicolons": (BRDF.replace(",", ";").replace("; ", ";"), 0, "format is not known|separated by commas"),
+    "no separator": (BRDF.replace(",", " "), 0, "format is not known|separated by one of them"),
+    "both separators": (BRDF.replace(",", ";", 1), 1, "has both commas and semicolons"),
+    "semicolons in the samples alone": (BRDF + "15;14;0;9,8\n", 2, "2 columns, where the line of names has 4"),
+    "decimal commas between commas": (BRDF + "15,14,0,9,8\n", 2, "with decimal commas, separate columns by semicolons"),
+    "two decimal marks": (
+        EUROPEAN + "15;14;0;9.8\n15;14;0,5;9\n",
+        3,
+        "'0,5': a decimal point in line 2 and a decimal comma in line 3",
+    ),
+    "thousands": (EUROPEAN + "15;14;0;1.234,5\n", 2, "no mark between thousands"),
+    "two commas in a number": (EUROPEAN + "15;14;0;1,234,5\n", 2, "'1,234,5' is no finite number"),
     "no number": (BRDF + "15,14,0,bright\n", 2, "'bright' is no finite number"),
     "NaN": (BRDF + "15,14,0,1\n15,14,0,nan\n", 3, "'nan' is no finite number"),
     "infinite": (BRDF + "15,14,0,inf\n", 2, "'inf' is no finite number"),
