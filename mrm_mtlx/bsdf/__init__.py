@@ -17,16 +17,17 @@ Conventions, for the whole project
   radiance, with the factor (eta_v / eta_l)^2 (Walter et al. 2007, eq. 21; Portsmouth et al. 2026, eq. 2); `albedo`
   counts energy.
 
-The parts are plain functions: distributions of facets (`ggx`, `beckmann`, `phong`, over `slopes`), `masking`, Fresnel
-terms (`fresnel`, `thin_film`, `reflectance`), `diffuse` and `vectors`. `microfacet` composes facets, `lobes` the public
-BSDFs, `blend` mixes them, `quadrature` integrates. `prismatic` and `sheeting` have cube corners, `albedo` the fit that
-energy compensation uses.
+The pieces are plain functions: distributions of facets (`ggx`, `beckmann`, `phong`, over `slopes`), `masking`, Fresnel
+terms (`fresnel`, `thin_film`, `reflectance`), `diffuse`, `sheen`, `hair`, `subsurface` and `vectors`. `microfacet`
+composes facets, `lobes` and `diffuse_lobes` are the public BSDFs, `blend` mixes them, `quadrature` integrates.
+`prismatic` and `sheeting` have cube corners. `compensation` gives back what single scattering loses, by an albedo that
+the caller has; `intermediates` is where an analysis of another precision gets in.
 
 This is the physics as the papers have it. What MaterialX's shaders do differently (mean-width masking, clamps, closure
-arithmetic) is in `mrm_mtlx.reference`, which is built on these parts.
+arithmetic, fits) is in `mrm_mtlx.reference`, which is built on these pieces.
 """
 
-from mrm_mtlx.bsdf.blend import Blend, partially_retroreflective, surroundings
+from mrm_mtlx.bsdf.blend import Blend, environment_radiance, partially_retroreflective
 from mrm_mtlx.bsdf.diffuse_lobes import EON, Lambert
 from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Lobe
 from mrm_mtlx.bsdf.sheeting import PrismaticSheeting
@@ -42,8 +43,8 @@ __all__ = [
     "Lobe",
     "PrismaticSheeting",
     "back_vector",
+    "environment_radiance",
     "half_vector",
     "mirror",
     "partially_retroreflective",
-    "surroundings",
 ]

@@ -1,4 +1,4 @@
-"""Partial retroreflection: weighted mixtures of two lobes, and of two lookups of the surroundings."""
+"""Partial retroreflection: weighted mixtures of two lobes, and of two lookups of the environment."""
 
 from __future__ import annotations
 
@@ -92,8 +92,8 @@ def partially_retroreflective(lobe: Microfacet, mask: ArrayLike) -> Blend:
     return Blend(replace(lobe, retroreflective=False), replace(lobe, retroreflective=True), mask)
 
 
-def surroundings(lookup: Callable[[Array], Array], v: ArrayLike, mask: ArrayLike) -> Array:
-    """Radiance of the surroundings as a partially retroreflective surface looks it up, (..., 3).
+def environment_radiance(lookup: Callable[[Array], Array], v: ArrayLike, mask: ArrayLike) -> Array:
+    """Radiance of the environment as a partially retroreflective surface looks it up, (..., 3).
 
     Ordinary reflection looks along v', the mirror direction, retroreflection along v: (1 - mask) L(v') + mask L(v).
     Real-time renderers look a filtered environment up so, once per lobe.

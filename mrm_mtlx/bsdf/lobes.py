@@ -73,7 +73,7 @@ class Lobe(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Microfacet(ABC):
-    """What the three microfacet lobes share.
+    """Common part of the three microfacet lobes.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ class Microfacet(ABC):
         return microfacet.Facets(Rough(distribution, *map(np.asarray, self.alpha)), masking, bounded)
 
     def _compensated(self, value: Array, cos_v: Array, reflectance: Array) -> Array:
-        """What is reflected, with what is scattered more than once."""
+        """Reflected light, with that which is scattered more than once."""
         if self.energy_compensation is None:
             return value
         white = self.energy_compensation(cos_v, np.sqrt(np.multiply(*self.alpha)))

@@ -69,7 +69,7 @@ class Rough(NamedTuple):
 
 
 class Masking(Protocol):
-    """What of the facets is hidden, from v and from l."""
+    """A model of how facets are hidden, from v and from l."""
 
     def masking(self, rough: Rough, w: Array, m: Array) -> Array:
         """G1(w, m): share of the facets with normal m that are seen from w, shape (m,), in [0, 1]."""

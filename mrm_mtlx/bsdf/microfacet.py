@@ -67,13 +67,13 @@ class Facets:
 
     @property
     def has_bound(self) -> bool:
-        """Whether reflections are sampled on the bounded cap, which is known for GGX with Smith masking."""
+        """True if reflections are sampled on the bounded cap, which is known for GGX with Smith masking."""
         return self.bounded and self.rough.distribution is ggx and isinstance(self.masking, Smith)
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """What a pair of directions has: which pairs count, their facet, its cosines. Where none counts, any facet."""
+    """Pairs of directions: which of them count, their facets and cosines. Where one does not count, any facet."""
 
     counts: Array
     v: Array

@@ -64,7 +64,7 @@ def effective_area(d: ArrayLike) -> Array:
 
 
 def face_reflectance(d: ArrayLike, ior: ArrayLike, backing: str = "air") -> Array:
-    """What is left of the light after the three mirrors.
+    """Share of the light that is left after the three mirrors.
 
     A mirror turns the sign of one component of d, so each is met at its own cosine |d_i|, whatever the order. Backed by
     air it reflects by Fresnel's equations, all of the light where |d_i| < sqrt(1 - 1 / ior^2). The product of

@@ -27,7 +27,7 @@ _AT_ONCE = 1 << 18
 
 
 class Sampled(Protocol):
-    """What can be integrated: values, and samples with their density."""
+    """Something to integrate: values, and samples with their density."""
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array: ...  # noqa: D102
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array: ...  # noqa: D102

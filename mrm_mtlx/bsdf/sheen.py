@@ -43,7 +43,7 @@ def fibre_exponent(roughness: ArrayLike) -> Array:
 
 
 def fibre_visibility(cos_v: ArrayLike, cos_l: ArrayLike) -> Array:
-    """What stands for masking and 1 / (4 n.v n.l): 1 / (4 (n.l + n.v - n.l n.v)) (Neubelt and Pettineo 2013); (...)."""
+    """Stands for masking and 1 / (4 n.v n.l): 1 / (4 (n.l + n.v - n.l n.v)) (Neubelt and Pettineo 2013); (...)."""
     cos_v, cos_l = np.asarray(cos_v, dtype=float), np.asarray(cos_l, dtype=float)
     return np.asarray(0.25 / (cos_l + cos_v - cos_l * cos_v))
 

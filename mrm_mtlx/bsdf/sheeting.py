@@ -137,7 +137,7 @@ class PrismaticSheeting:
 
 @dataclass(frozen=True)
 class _Returned:
-    """What the corners send back."""
+    """Light that the corners send back."""
 
     sheet: PrismaticSheeting
 
@@ -166,7 +166,7 @@ class _Returned:
 
 @dataclass(frozen=True)
 class _Substrate:
-    """What the corners miss, and the substrate reflects."""
+    """Light that the corners miss and the substrate reflects."""
 
     sheet: PrismaticSheeting
 

@@ -43,7 +43,7 @@ class Case:
 
     @property
     def bsdf(self) -> Lobe:
-        """What is evaluated."""
+        """The lobe that is evaluated."""
         if self.weight is None or not isinstance(self.lobe, Microfacet):
             return self.lobe
         return partially_retroreflective(self.lobe, self.weight)

@@ -46,7 +46,7 @@ XYZ_TO_RGB = np.array(
 
 @dataclass(frozen=True)
 class Substrate:
-    """What lies under the film, per colour channel; arrays with the channel first, shape (3, ...).
+    """Interface under the film, per colour channel; arrays with the channel first, shape (3, ...).
 
     Attributes
     ----------

@@ -43,12 +43,12 @@ def canonical(space: str) -> str:
 
 
 def is_linear(space: str) -> bool:
-    """Whether MaterialX has it that the numbers of a colour space are used as they are."""
+    """True for a colour space whose numbers MaterialX uses as they are."""
     return canonical(space) in ("", "none", LINEAR)
 
 
 def is_handled(document: Any, space: str) -> bool:
-    """Whether generators take colours of a space as is meant: by a transform, or rightly as they are."""
+    """True if generators take colours of a space as is meant: by a transform, or rightly as they are."""
     known = is_linear(space) or color_transform(document, space) is not None
     return known or is_linear(equivalent(document, space) or space)
 

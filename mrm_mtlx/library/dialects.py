@@ -25,7 +25,7 @@ _DOCUMENT_VERSION = re.compile(r"\d{1,4}\.\d{1,4}")
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a version of MaterialX has, and the versions after it up to the next entry of `DIALECTS`.
+    """Features of a version of MaterialX, and of the versions after it up to the next entry of `DIALECTS`.
 
     Attributes
     ----------
@@ -90,12 +90,12 @@ def version_of(document: Any) -> str:
 
 
 def is_document_version(text: str) -> bool:
-    """Whether a text is a version as documents state it."""
+    """True for a text that is a version as documents state it."""
     return _DOCUMENT_VERSION.fullmatch(text) is not None
 
 
 def is_upgraded(version: str) -> bool:
-    """Whether the installed MaterialX upgrades what is of this version of documents; False for what is no version."""
+    """True if the installed MaterialX upgrades documents of this version; False for a text that is no version."""
     return is_document_version(version) and _numbers(version) < _numbers(document_version())
 
 

@@ -1,4 +1,4 @@
-"""Where the project's data lies: in a checkout or editable install beside the package, in a wheel inside it."""
+"""Folders of the project's data: in a checkout or editable install beside the package, in a wheel inside it."""
 
 from __future__ import annotations
 

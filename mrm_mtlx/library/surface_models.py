@@ -70,7 +70,7 @@ SURFACE_MODELS = (
 
 @dataclass(frozen=True)
 class Extension:
-    """What became of a surface model: `reason` says why it has not got the input, "" if it has."""
+    """A surface model with its input or without: `reason` says why it has not got the input, "" if it has."""
 
     model: SurfaceModel
     reason: str = ""
@@ -118,7 +118,7 @@ def extensions_alone(document: mx.Document, comment: str) -> mx.Document:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What is copied, and the nodes of the graph that change; nothing where there is a reason against it."""
+    """Definition and graph to copy, and the nodes that change in it; nothing where there is a reason against it."""
 
     model: SurfaceModel
     reason: str = ""

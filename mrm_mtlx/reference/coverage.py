@@ -1,4 +1,4 @@
-"""Which of a data library's node definitions the reference can evaluate."""
+"""Coverage of a data library: the node definitions that the reference can evaluate."""
 
 from __future__ import annotations
 

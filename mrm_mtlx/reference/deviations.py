@@ -1,4 +1,4 @@
-"""Where MaterialX's hardware code is known to deviate from its specification.
+"""Known deviations of MaterialX's hardware code from its specification.
 
 The reference follows the specification. So that a comparison can tell a known deviation from an unknown error, the
 reference can be asked to deviate in the same way, by name; docs/upstream-notes.md has each with the smallest document

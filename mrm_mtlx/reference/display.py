@@ -1,4 +1,4 @@
-"""What is shown of a renderable element: the colour of a surface, or the value of any other output as a colour."""
+"""The picture of a renderable element: the colour of a surface, or the value of any other output as a colour."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CHANNELS = {
 
 
 def displayed(value: Value | None, kind: str) -> Array:
-    """What a shader writes for the value of an element of this type, shape (channels, 1) or (channels, samples).
+    """Colour that a shader writes for the value of an element of this type, shape (channels, 1) or (channels, samples).
 
     A number is a grey, a vector2 has no blue; nothing, as of a material without a shader, is black.
     """

@@ -201,7 +201,7 @@ class Evaluation(State):
         return number.astype(float)
 
     def _is_taken_as_it_is(self, element: Any) -> bool:
-        """Whether a colour is a definition's default that generators do not transform; see `Deviation`."""
+        """True for a colour that is a definition's default, which generators do not transform; see `Deviation`."""
         if not element.getParent().isA(mx.NodeDef):
             return False
         if color_transform(element.getDocument(), element.getActiveColorSpace()) is None:
@@ -211,5 +211,5 @@ class Evaluation(State):
 
 
 def _has_closures(definition: Any) -> bool:
-    """Whether a node's value depends on the mode: it is a closure itself. Shaders add up the modes."""
+    """True if a node's value depends on the mode: it is a closure itself. Shaders add up the modes."""
     return any(out.getType() in ("BSDF", "VDF") for out in definition.getActiveOutputs())

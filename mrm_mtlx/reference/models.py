@@ -42,7 +42,7 @@ OTHER_NUMBERS = frozenset({"ND_blackbody"})
 
 
 class LobeKind(Enum):
-    """From where a microfacet lobe is seen: OSL's renderers have each as the same model, not both in one surface."""
+    """Kinds of microfacet lobes: OSL's renderers have each as the same model, not both in one surface."""
 
     ORDINARY = "ordinary"
     RETROREFLECTIVE = "retroreflective"
@@ -61,7 +61,7 @@ class Feature(Enum):
 
 @dataclass(frozen=True)
 class Contents:
-    """What a response is made of that `Model.CLOSURES` has to know about; nothing for `Model.HARDWARE`.
+    """Contents of a response, as far as `Model.CLOSURES` has to know them; nothing for `Model.HARDWARE`.
 
     Attributes
     ----------

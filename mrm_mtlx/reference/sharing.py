@@ -33,7 +33,7 @@ class Known(Generic[_Result]):
 
 @dataclass
 class Values:
-    """What an evaluation knows: values by key, as they are asked for.
+    """Values that an evaluation knows, by key, as they are asked for.
 
     `exact`: of the exact evaluation of the same samples, from which is taken what the perturbation does not touch.
     """
@@ -46,7 +46,7 @@ class Values:
 
     @property
     def needs(self) -> frozenset[Ingredient]:
-        """What the value that is being evaluated is made of so far."""
+        """Ingredients so far of the value that is being evaluated."""
         return frozenset(self._open[-1][1])
 
     def note(self, needs: Iterable[Ingredient]) -> None:
@@ -54,11 +54,11 @@ class Values:
         self._open[-1][1].update(needs)
 
     def find(self, key: Key) -> Known[Any] | None:
-        """What is known by a key, of this evaluation or of the exact one."""
+        """The value that is known by a key, of this evaluation or of the exact one."""
         return self._known.get(key) or self._unperturbed(key)
 
     def make(self, key: Key, function: Callable[[], _Result]) -> Known[_Result]:
-        """What the function gives, known by this key from now on."""
+        """The function's result, known by this key from now on."""
         known = self._known[key] = self._evaluated(key, set(), function)
         return known
 

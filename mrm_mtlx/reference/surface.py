@@ -245,7 +245,7 @@ class Surface:
             return evaluation.node_value(*self._root, self._scope, evaluation.light)
 
     def _is_black(self, evaluation: Evaluation) -> bool:
-        """Whether it is a material of a definition of its own, which hardware targets show as black."""
+        """True for a material of a definition of its own, which hardware targets show as black."""
         node = None if self._root is None else self._root[0]
         if node is None or node.getType() != "material" or node.getCategory() == "surfacematerial":
             return False

@@ -1,4 +1,4 @@
-"""Says beforehand what the reference does not know of everything that a node depends on."""
+"""A survey beforehand: whatever the reference does not know of all that a node depends on."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class UnsupportedError(Exception):
 
 @dataclass
 class Survey:
-    """What the reference does not know in everything that a node depends on.
+    """Whatever the reference does not know of all that a node depends on.
 
     `heights` are the lengths of the longest chains that end at the nodes already seen, `trail` the nodes on the way.
     """

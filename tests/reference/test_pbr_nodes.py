@@ -1,4 +1,4 @@
-"""The nodes of the physically based library against generated GLSL: under a light, and in surroundings of one colour.
+"""The nodes of the physically based library against generated GLSL: under a light, and in an environment of one colour.
 
 Every number of a node is a geometric property and differs from sample to sample over its whole range, ends included.
 """
@@ -27,7 +27,7 @@ FEW = 768
 SHOWN = 0.2
 
 # No two channels alike, and exact in float32.
-SURROUNDINGS = (0.875, 0.6875, 0.40625)
+ENVIRONMENT = (0.875, 0.6875, 0.40625)
 
 
 # Numbers --------------------------------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ def drawn_numbers(rng: np.random.Generator, count: int, numbers: dict, name: str
 # Samples and draws ----------------------------------------------------------------------------------------------------
 
 LIT = Illumination()
-AROUND = Illumination(light=False, environment=Environment.constant(SURROUNDINGS, 16))
+AROUND = Illumination(light=False, environment=Environment.constant(ENVIRONMENT, 16))
 
 
 @pytest.fixture
@@ -190,7 +190,7 @@ def samples(rng, direction_pairs, turned_points):
 
 @pytest.fixture(scope="module")
 def shown(gl, library):
-    """Function from a document and samples to what the generated GLSL shows of them, under a light or in surroundings.
+    """Function from a document and samples to what generated GLSL shows of them, under a light or in an environment.
 
     `damage` replaces text of the pixel source by other text. Programs are kept for the module.
     """
@@ -205,7 +205,7 @@ def shown(gl, library):
         if pixel not in programs:
             programs[pixel] = SurfaceProgram(replace(shader, sources={**shader.sources, "pixel": pixel}))
         around = illumination.environment
-        pixels = np.full((1, 1, 3), SURROUNDINGS, dtype=np.float32)
+        pixels = np.full((1, 1, 3), ENVIRONMENT, dtype=np.float32)
         lighting = Lighting(
             DirectionalLight(tuple(points.light)) if illumination.light else None,
             None if around is None else DrawnEnvironment(pixels, pixels, around.samples),
@@ -234,7 +234,7 @@ def excess(shown):
 
 
 @pytest.mark.parametrize("case", BROAD)
-def test_a_broad_lobe_agrees_under_a_light_and_in_surroundings(surface_document, samples, excess, rng, case):
+def test_a_broad_lobe_agrees_under_a_light_and_in_an_environment(surface_document, samples, excess, rng, case):
     document = surface_document(bsdf(case))
     points = samples(SAMPLES, drawn_numbers(rng, SAMPLES, CASES[case][1]))
     for illumination in (LIT, AROUND):
@@ -242,7 +242,7 @@ def test_a_broad_lobe_agrees_under_a_light_and_in_surroundings(surface_document,
 
 
 @pytest.mark.parametrize("case", GLOSSY)
-def test_a_microfacet_lobe_agrees_in_surroundings_with_and_without_the_flag(
+def test_a_microfacet_lobe_agrees_in_an_environment_with_and_without_the_flag(
     surface_document, samples, excess, rng, case
 ):
     given = {
@@ -259,11 +259,11 @@ def test_a_microfacet_lobe_agrees_in_surroundings_with_and_without_the_flag(
 def test_a_lobe_agrees_with_any_number_of_directions(surface_document, samples, excess, rng, directions):
     document = surface_document(bsdf("conductor"))
     points = samples(FEW, drawn_numbers(rng, FEW, CASES["conductor"][1]) | {"bsdf_thinfilm_thickness": np.zeros(FEW)})
-    around = Illumination(light=False, environment=Environment.constant(SURROUNDINGS, directions))
+    around = Illumination(light=False, environment=Environment.constant(ENVIRONMENT, directions))
     assert np.max(excess(document, points, around)) <= 1.0
 
 
-def test_a_light_and_surroundings_add_up(surface_document, samples, excess, rng):
+def test_a_light_and_an_environment_add_up(surface_document, samples, excess, rng):
     document = surface_document(bsdf("dielectric, RT"))
     points = samples(FEW, drawn_numbers(rng, FEW, CASES["dielectric, RT"][1]))
     assert np.max(excess(document, points, replace(AROUND, light=True))) <= 1.0
@@ -299,7 +299,7 @@ def layered_numbers(rng):
     return {key: value for numbers in drawn for key, value in numbers.items()}
 
 
-@pytest.mark.parametrize("illumination", [LIT, AROUND], ids=["light", "surroundings"])
+@pytest.mark.parametrize("illumination", [LIT, AROUND], ids=["light", "environment"])
 def test_layers_of_cloth_and_media_agree(surface_document, samples, excess, layered_numbers, illumination):
     points = samples(FEW, layered_numbers)
     assert np.max(excess(surface_document(LAYERS), points, illumination)) <= 1.0
@@ -531,16 +531,16 @@ DAMAGE = {
     "the lobes of hair are exchanged": ("hair", LIT, "vs[1] = roughness_TT;", "vs[1] = roughness_TRT;"),
     "TRT has the sign of TT": ("hair", LIT, "2.0 * fP * gammaT - 2.0 * gammaO", "2.0 * fP * gammaT + 2.0 * gammaO"),
     "hair absorbs half": ("hair", LIT, "(2.0 * cosGammaT / cosThetaT)", "(cosGammaT / cosThetaT)"),
-    "the metal in surroundings is not compensated": (
+    "the metal in an environment is not compensated": (
         "conductor",
         AROUND,
         "response = Li * comp * weight",
         "response = Li * weight",
     ),
-    "surroundings are masked once": ("conductor", AROUND, "F * G;", "F;"),
+    "the environment is masked once": ("conductor", AROUND, "F * G;", "F;"),
     "what is transmitted was not reflected": ("dielectric, T", AROUND, "vec3(1.0) - F : F", "vec3(1.0) : F"),
     "what is transmitted has no tint": ("dielectric, T", AROUND, "distribution, fd) * tint;", "distribution, fd);"),
-    "reflection in surroundings has no tint": ("dielectric, R", AROUND, "Li * safeTint * comp", "Li * comp"),
+    "reflection in an environment has no tint": ("dielectric, R", AROUND, "Li * safeTint * comp", "Li * comp"),
 }
 
 

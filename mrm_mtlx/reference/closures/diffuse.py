@@ -147,7 +147,7 @@ def _diffused_cosine(light: Light, cos_l: Array, path: Array) -> Array:
 
 
 def _dark(light: Light, weight: Array) -> bool:
-    """Whether a diffuse lobe shows nothing at any sample, and is not evaluated."""
+    """True if a diffuse lobe shows nothing at any sample; it is not evaluated."""
     return light.mode is Mode.TRANSMISSION or bool(np.all(weight < EPSILON))
 
 

@@ -1,10 +1,10 @@
-"""What a glossy lobe shows of its surroundings: the estimator of MaterialX's filtered importance sampling.
+"""Light of an environment in a glossy lobe: the estimator of MaterialX's filtered importance sampling.
 
     L = 1/(N G1(v)) sum over i of  Li(l_i) F(v.m_i) G2(v, l_i)         m_i drawn from the visible normals of GGX
 
 (Krivanek and Colbert 2008; visible normals by spherical caps, Dupuy and Benyoub 2023.) The points of the sum are
 Fibonacci's, so that the same N gives the same sum here and in a shader. The choice of a level of detail, by which a
-shader blurs the environment, is not part of it: surroundings are looked up as they are.
+shader blurs the environment, is not part of it: the environment is looked up as it is.
 """
 
 from __future__ import annotations

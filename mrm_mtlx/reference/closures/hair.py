@@ -79,7 +79,7 @@ class _Geometry:
 def chiang_hair(light: Light, fibre: Fibre) -> Closure:
     """`chiang_hair_bsdf`; throughput 0.
 
-    In surroundings the reflection of a dielectric, whose widths are the mean roughnesses, tinted by the mean tint.
+    In an environment, the reflection of a dielectric, whose widths are the mean roughnesses, tinted by the mean tint.
     """
     if light.mode is Mode.TRANSMISSION:
         return opaque(np.zeros((3, 1)))

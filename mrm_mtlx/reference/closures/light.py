@@ -93,7 +93,7 @@ class Light:
     numbers: versions.Numbers = field(default_factory=versions.installed)
 
     def perturbs(self, quantity: Quantity) -> bool:
-        """Whether this quantity is to be taken at the edge of its error."""
+        """True if this quantity is to be taken at the edge of its error."""
         return self.quantity is quantity
 
     def kept(self, _name: str, function: Callable[[], _Result]) -> _Result:

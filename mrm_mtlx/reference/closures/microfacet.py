@@ -74,7 +74,7 @@ class Facets:
 
     @property
     def off(self) -> bool:
-        """Whether the weight switches the lobe off at every sample."""
+        """True if the weight switches the lobe off at every sample."""
         return bool(np.all(self.weight < EPSILON))
 
     @property
@@ -85,7 +85,7 @@ class Facets:
 
 @dataclass(frozen=True)
 class _Interface:
-    """What reflects: `reflectance(v.m)`; `white(A, B)` its albedo from the two fitted factors; how it refracts."""
+    """An interface: `reflectance(v.m)`; `white(A, B)` its albedo from the two fitted factors; how it refracts."""
 
     reflectance: Callable[[Array], Array]
     white: Callable[[Array, Array], Array]
@@ -212,7 +212,7 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
 
 
 def _frame(light: Light, facets: Facets) -> tuple[Array, Array, tuple[Array, Array, Array]]:
-    """From where a lobe is seen, the cosine of that, and the frame about the normal that faces it."""
+    """The direction that a lobe is seen from, its cosine, and the frame about the normal that faces it."""
     turned = np.logical_and(facets.retroreflective, light.mode is not Mode.TRANSMISSION)
     v = light.v
     if np.any(turned):
@@ -271,7 +271,7 @@ def _steeper(d: Array, h: tuple[Array, Array, Array], widths: tuple[Array, Array
 
 
 def _around(light: Light, facets: Facets, interface: _Interface, v: Array, frame: tuple[Array, Array, Array]) -> Array:
-    """What the lobe shows of its environment, reflected without the compensation, or refracted."""
+    """Light of the environment in the lobe, reflected without the compensation, or refracted."""
     if light.mode is Mode.TRANSMISSION and facets.scatter_mode == "R":
         return np.zeros((3, 1))
     at, functions = (environment(light), v, frame, *facets.widths), light.perturbs(Quantity.FUNCTIONS)

@@ -140,7 +140,7 @@ class Perturbation:
     share: float = 1.0
 
     def touches(self, needs: frozenset[Ingredient]) -> bool:
-        """Whether it changes something that is made of these, and of numbers of the document, which are in all."""
+        """True if it changes something that is made of these, and of numbers of the document, which are in all."""
         return bool(self.values) or not needs.isdisjoint(self._changed)
 
     @property

@@ -72,7 +72,7 @@ def _closest(inputs: Inputs, pixels: NDArray[np.floating], uv: Array, modes: Add
 
 
 def _sampled(inputs: Inputs, at: Callable[..., Array], *ways: str) -> Array:
-    """What is looked up; where textures are perturbed, with all that it may be off in these ways."""
+    """The lookup; where textures are perturbed, with all that it may be off in these ways."""
     return widened(at, **dict.fromkeys(ways, 1.0)) if inputs.light.perturbs(Quantity.TEXTURE) else at()
 
 
@@ -125,7 +125,7 @@ _Corners: TypeAlias = "list[tuple[tuple[int, ...], int]]"
 
 
 def _hextiled(inputs: Inputs, blended: _Blended, corners: _Corners) -> Array:
-    """What three tiles show, (3, components, samples), blended; each shows the default where there is no image.
+    """Three tiles, (3, components, samples), blended; each shows the default where there is no image.
 
     `blended` is given what counts for the luminance apart. `corners` are the ends of a tile's range at which it is
     taken (0 least, 1 most, 2 as near to a half as it goes), of each component and for the luminance.
@@ -189,7 +189,7 @@ def _tile_extremes(coord: Array, spread: Spread, pixels: NDArray[np.floating], c
 def _at_the_end(
     blended: Callable[[Array, Array], Array], shown: Array, ends: Array, corners: _Corners, farther: np.ufunc
 ) -> Array:
-    """What is shown at the least or the most, each tile being at the corner of its range that gives it."""
+    """The texture at the least or the most, each tile being at the corner of its range that gives it."""
     shown = np.broadcast_to(shown, ends.shape[1:])
     exact = blended(shown, shown)
     off = np.zeros_like(exact)
@@ -205,7 +205,7 @@ def _at_the_end(
 
 
 def _off_by_numbers(blended: _Blended, tiles: Tiles, shown: Array, coord: Array, spread: Spread) -> Array:
-    """What is shown, with the errors of the tiles' weights and angles."""
+    """The texture with the errors of the tiles' weights and angles."""
 
     def at(**ways: Array | float) -> Array:
         weights = _stacked(w * (1.0 + ways.get(f"weight_{tile}", 0.0)) for tile, w in enumerate(tiles.weights))

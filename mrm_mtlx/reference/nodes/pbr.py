@@ -101,7 +101,7 @@ def _hair(inputs: Inputs) -> Value:
 
 @node("ND_anisotropic_vdf")
 def _medium(inputs: Inputs) -> Value:
-    """What scatters, and in which directions, is ignored by the hardware targets."""
+    """The hardware targets ignore how much it scatters, and in which directions."""
     return closures.absorbing(inputs.light, inputs.array("absorption"))
 
 
@@ -161,7 +161,7 @@ def _surface_unlit(inputs: Inputs) -> Value:
 
 @node("ND_surfacematerial")
 def _material(inputs: Inputs) -> Value:
-    """What the front of the surface shows; displacement, which is done before it is shaded, is left out."""
+    """The front of the surface; displacement, which is done before it is shaded, is left out."""
     return inputs.shader("surfaceshader")
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ShaderValue:
-    """What a surface shader node gives: the colour it shows and what it lets through, shape (3, samples) or (3, 1).
+    """Value of a surface shader node: the colour it shows and its transparency, shape (3, samples) or (3, 1).
 
     `contents`: see `Closure`.
     """
@@ -40,7 +40,7 @@ Value: TypeAlias = "Closure | ShaderValue | str | Array"
 
 
 class Inputs(Protocol):
-    """What a node function may ask of the node it evaluates."""
+    """A node as the function sees it that evaluates it."""
 
     @property
     def light(self) -> Light:
@@ -49,7 +49,7 @@ class Inputs(Protocol):
 
     @property
     def lights(self) -> list[Light]:
-        """What a surface is evaluated for and adds up: its light, its environment in two modes, or none."""
+        """The lights that a surface adds up: its light, its environment in two modes, or none."""
         ...
 
     def under(self, light: Light) -> Inputs:
@@ -104,7 +104,7 @@ class Inputs(Protocol):
         ...
 
     def skipped(self, value: Array) -> Array:
-        """Where the discrete result asked for last, a whole number, is off by more than one: others are passed by."""
+        """True where the last discrete result, a whole number, is off by more than one: others are passed by."""
         ...
 
     @property
@@ -113,15 +113,15 @@ class Inputs(Protocol):
         ...
 
     def is_connected(self, name: str) -> bool:
-        """Whether an input takes its value from a node or an interface; constants are numbers to generators."""
+        """True if an input takes its value from a node or an interface; constants are numbers to generators."""
         ...
 
     def is_weighted(self, name: str) -> bool:
-        """Whether the node that a BSDF input is connected to has a weight."""
+        """True if the node that a BSDF input is connected to has a weight."""
         ...
 
     def deviates(self, deviation: Deviation) -> bool:
-        """Whether the node is to deviate from the specification so; that it can is noted."""
+        """True if the node is to deviate from the specification so; that it can is noted."""
         ...
 
     def note(self, facets: Facets) -> None:

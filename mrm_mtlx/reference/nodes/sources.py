@@ -1,4 +1,4 @@
-"""Where values come from: constants, geometric properties, the application; and what passes them on."""
+"""Sources of values: constants, geometric properties, the application; and nodes that pass values on."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Flake:
     priority: Array
 
     def differs(self, other: Flake) -> NDArray[np.bool_]:
-        """Whether another flake is seen, shape (samples,)."""
+        """True where another flake is seen, shape (samples,)."""
         return np.asarray(np.any(self.cell != other.cell, axis=0) | (self.priority != other.priority))
 
     def where(self, condition: NDArray[np.bool_], other: Flake) -> Flake:
@@ -55,7 +55,7 @@ class Flake:
 
 
 def likelihood(coverage: Array) -> tuple[Array, Array]:
-    """How likely a cell has a flake, and the error of that in float32; the denominator cancels near full coverage."""
+    """Probability that a cell has a flake, and its error in float32; the denominator cancels near full coverage."""
     x = np.clip(coverage, 0.0, 1.0)
     above, below = np.polyval(_LIKELY, x), np.polyval(_OF_ALL, x)
     value = above / below

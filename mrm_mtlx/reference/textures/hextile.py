@@ -37,7 +37,7 @@ SHARPNESS = 7.0
 
 @dataclass(frozen=True)
 class Spread:
-    """How much the tiles differ.
+    """Differences between the tiles.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ def random_pair(corners: Array) -> Array:
 
 
 def random_error(corners: Array) -> Array:
-    """How far float32 may miss the random numbers, in full, shape (3, 2, samples).
+    """Error of float32 in the random numbers, in full, shape (3, 2, samples).
 
     They are the fraction of a product near 10,000, whose rounding alone is 6e-4: the hash keeps the last bits of its
     arithmetic, of which GLSL fixes neither the order nor the fusing.
@@ -156,7 +156,7 @@ def _hashed(corners: Array) -> tuple[Array, Array]:
 
 
 def coordinate_error(coord: Array) -> Array:
-    """How far float32 may miss texture coordinates on their way into a triangle and out of it, shape (samples,).
+    """Error of float32 in texture coordinates on their way into a triangle and out of it, shape (samples,).
 
     Some eight roundings of u and v together: times the grid's constant, skewed, from a corner's position and back.
     """
@@ -164,7 +164,7 @@ def coordinate_error(coord: Array) -> Array:
 
 
 def reach(coord: Array, spread: Spread) -> Array:
-    """How far float32 may miss the coordinates at which the tiles look up the image, in full, shape (3, 2, samples).
+    """Error of float32 in the coordinates at which the tiles look up the image, in full, shape (3, 2, samples).
 
     By the random numbers, and by the sines and the scale that follow from them.
     """
@@ -181,14 +181,14 @@ def reach(coord: Array, spread: Spread) -> Array:
 
 
 def wrapped(coord: Array) -> Array:
-    """Where a random number may come out at the other end of [0, 1): by -1 or 1, elsewhere 0, (3, 2, samples)."""
+    """Turn of a random number that may come out at the other end of [0, 1): -1 or 1, elsewhere 0, (3, 2, samples)."""
     corners, _ = _triangle(coord)
     random, error = random_pair(corners), random_error(corners)
     return np.where(random + error >= 1.0, -1.0, np.where(random - error < 0.0, 1.0, 0.0))
 
 
 def angle_error(coord: Array, spread: Spread) -> Array:
-    """How far float32 may miss the tiles' angles, in full, shape (3, samples)."""
+    """Error of float32 in the tiles' angles, in full, shape (3, samples)."""
     low, high = np.deg2rad(spread.rotation_range)
     return np.asarray(random_error(_triangle(coord)[0])[:, 0] * np.abs((high - low) * spread.rotation) + SINE_ERROR)
 

@@ -37,7 +37,7 @@ _MOST_BLOCKS = 16
 
 @dataclass(frozen=True)
 class AddressModes:
-    """What lies beyond an image's borders along u and v: one of `documents.images.ADDRESS_MODES` each."""
+    """Continuation of an image beyond its borders along u and v: one of `documents.images.ADDRESS_MODES` each."""
 
     u: str = "periodic"
     v: str = "periodic"
@@ -115,7 +115,7 @@ def _block_extremes(pixels: NDArray[np.floating], components: int, block: int, r
 
 
 def cell(pixels: NDArray[np.floating], uv: Array) -> Array:
-    """Which texels lie at these coordinates, whole numbers, shape (2, samples)."""
+    """Texels at these coordinates, whole numbers, shape (2, samples)."""
     return np.floor(uv * _size(pixels))
 
 
@@ -129,7 +129,7 @@ def texel(pixels: NDArray[np.floating], cells: Array, modes: AddressModes, borde
 
 
 def coordinate_error(pixels: NDArray[np.floating], uv: Array) -> Array:
-    """How far hardware may miss texture coordinates, shape (2, samples)."""
+    """Error of hardware in texture coordinates, shape (2, samples)."""
     rounded = COORDINATE_ROUNDINGS * UNIT * np.maximum(np.abs(uv), 1.0)
     return rounded + WEIGHT_ERROR / _size(pixels)
 
@@ -140,7 +140,7 @@ def _size(pixels: NDArray[np.floating]) -> Array:
 
 
 def _wrapped(place: Array, size: float, mode: str) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """Where along one axis of the image an address mode finds a texel, and whether that is not the border."""
+    """Place along one axis of the image at which an address mode finds a texel, and whether that is not the border."""
     inside = (place >= 0.0) & (place < size)
     if mode == "periodic":
         place = place % size

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What a version's shaders have by fits of their own, one by one; the forms are those of `fits`."""
+    """Fits of a version's shaders, one by one; the forms are those of `fits`."""
 
     microfacet_albedo: MicrofacetAlbedo
     fibre_albedo: FibreAlbedo

@@ -1,4 +1,4 @@
-"""Surroundings of varying radiance: the reference's sum over directions is the shader's, and a quadrature."""
+"""An environment of varying radiance: the reference's sum over directions is the shader's, and a quadrature."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_textured_environment_agrees_with_the_reference(
     # refracts, it blurs as if it were reflected, over a wider angle.
     share = 0.04 if name == "glass" else 0.01
     assert np.max(np.abs(found - expected)) < share * 2.0 * SLOPE
-    # The reference sees where the light comes from: surroundings that are turned are others.
+    # The reference sees where the light comes from: an environment that is turned is another.
     turned = surface.shade(points, Illumination(False, Environment(lambda d: radiance(-d), irradiance, samples)))
     assert name == "diffuse" or np.max(np.abs(found - turned)) > 0.1
 
