@@ -38,7 +38,7 @@ def conformance(
     from mrm_mtlx.cli.options import chosen_targets, write_report
     from mrm_mtlx.conformance import SCHEMA, run
     from mrm_mtlx.conformance import targets as conformance_targets
-    from mrm_mtlx.engines.base import EngineFailure
+    from mrm_mtlx.engines.base import CompileError, EngineFailure
     from mrm_mtlx.library import Origin
     from mrm_mtlx.system.versions import versions
     from mrm_mtlx.validation.reports import finite
@@ -48,7 +48,7 @@ def conformance(
     try:
         with progress("comparing") as report:
             results = list(run(targets, samples, seed, Origin(library.value), report))
-    except EngineFailure as error:
+    except (CompileError, EngineFailure) as error:
         typer.echo(f"mrm: {error}", err=True)
         raise typer.Exit(2) from error
     statuses = [result.status for result in results]

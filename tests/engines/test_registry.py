@@ -151,6 +151,14 @@ def test_conformance_runs_its_target(toy, in_process, monkeypatch):
     assert "glsl, essl, wgsl, osl" in " ".join(in_process("conformance", "--target", "mdl").stderr.split())
 
 
+def test_conformance_says_in_a_line_what_it_refuses(toy, in_process, monkeypatch):
+    monkeypatch.setattr(toy, "_WORDS", (*toy._WORDS, (r"mrm_mirror_view\(closureData, N", "nowhere(closureData, N")))
+    done = in_process("conformance", "--target", "wgsl", "--samples", 16)
+    assert done.exit_code == 2
+    assert done.stderr.startswith("mrm: ")
+    assert "nowhere" in done.stderr
+
+
 def test_render_takes_it_and_its_picture_is_that_of_the_engine_behind_it(toy, mrm, documents, tmp_path):
     path = documents / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
     for name in ("toy", "gl"):

@@ -1,4 +1,4 @@
-"""Measurements of closures: of shaders that return no colour, in a renderer that shows what they reflect."""
+"""Measurements of closures: of OSL shaders, which return no colour, in a renderer that shows what they reflect."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class ClosureBench(Protocol):
-    """A renderer that lights a facet per sample, seen along z, and measures what it sends to the camera.
+    """A renderer of OSL that lights a facet per sample, seen along z, and measures what it sends to the camera.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class ClosureBench(Protocol):
     geometry: frozenset[str]
 
     def compile(self, source: str, name: str, headers: Sequence[Path] = ()) -> ClosureProgram:
-        """Compile a shader that may include these headers, by their file names.
+        """Compile OSL that may include these headers, by their file names.
 
         Raises
         ------

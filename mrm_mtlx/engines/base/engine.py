@@ -34,7 +34,7 @@ class Engine(ABC):
     capabilities
         What its programs can be asked for.
     bench
-        Measures what closures reflect, in a renderer of a language whose shaders return no colour; else None.
+        Measures what closures reflect, in a renderer of OSL, whose shaders return no colour; else None.
     path_tracer
         Renders pictures by tracing paths; else None.
     """

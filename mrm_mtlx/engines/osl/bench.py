@@ -26,13 +26,15 @@ PORTAL_STEP = 0.02
 class CyclesBench:
     """The bench; see `ClosureBench`."""
 
-    name = "cycles"
     # The surface is met again from v' through a portal.
     exact_mode = OslMode.CYCLES
     # It takes the slope of a facet from 1 - cos^2, whose 24 roundings of 2^-24 are a quarter of this width's square.
     narrowest_alpha = 0.0025
     smallest_weight = 1e-5
     geometry = frozenset({"Nworld", "Nobject", "Tworld", "Vworld"})
+
+    def __init__(self, name: str) -> None:
+        self.name = name
 
     def compile(self, source: str, name: str, headers: Sequence[Path] = ()) -> CyclesProgram:
         """As `ClosureBench.compile`."""

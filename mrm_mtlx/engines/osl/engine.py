@@ -47,7 +47,7 @@ class Cycles(Engine):
     name = "cycles"
     use = "runs and renders OSL"
     targets = ("osl",)
-    bench = CyclesBench()
+    bench = CyclesBench(name)
     path_tracer = CyclesTracer()
 
     def availability(self) -> Availability:
