@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +12,7 @@ from zlib import crc32
 import MaterialX as mx
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from mrm_mtlx.cli.main import app
 from mrm_mtlx.engines import gl as gl_engine
 from mrm_mtlx.engines import osl as osl_engine
 from mrm_mtlx.library import DataLibrary, Origin, load_library
@@ -26,8 +23,6 @@ from mrm_mtlx.validation.options import ValidationOptions
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from typer.testing import Result
-
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.engines.base import Availability
     from mrm_mtlx.validation.results import DocumentResult
@@ -37,6 +32,7 @@ sys.path.append(str(Path(__file__).parents[1]))
 
 pytest_plugins = [
     "tests.fixtures.checks",
+    "tests.fixtures.commands",
     "tests.fixtures.files",
     "tests.fixtures.material",
     "tests.fixtures.plugins",
@@ -44,9 +40,6 @@ pytest_plugins = [
 ]
 
 SEED = 2026
-
-# Seconds after which a command counts as hung; the longest of the tests takes about ten.
-TIME_LIMIT_S = 180
 
 # Chance that any statistical test of the whole suite rejects what is right, and how many tests share it. The reasons,
 # and the test that keeps the number true, are in test_false_alarms.py.
@@ -150,59 +143,6 @@ def check(settings: Callable[..., ValidationOptions]) -> Callable[..., list[Docu
     def run(path: Path, **changes: object) -> list[DocumentResult]:
         missing, requests = collect([path], settings(**changes))
         return missing + [check_document(request) for request in requests]
-
-    return run
-
-
-@pytest.fixture(scope="session")
-def command() -> list[str]:
-    """What starts `mrm` here, whether or not its script is on the PATH."""
-    return [sys.executable, "-m", "mrm_mtlx.cli.main"]
-
-
-@pytest.fixture(scope="session")
-def environment() -> dict[str, str]:
-    """This process's environment without what would change how the command prints."""
-    plain = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "FORCE_COLOR", "COLUMNS")}
-    return {**plain, "PYTHONUTF8": "1"}
-
-
-@pytest.fixture
-def mrm(
-    command: list[str], environment: dict[str, str], tmp_path: Path
-) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Function from arguments to the finished command, run in the test's folder; no traceback ever reaches a user."""
-
-    def run(*arguments: object, cwd: Path | None = None, **variables: str) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run(
-            [*command, *map(str, arguments)],
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            cwd=cwd or tmp_path,
-            env={**environment, **variables},
-            timeout=TIME_LIMIT_S,
-            check=False,
-        )
-        assert "Traceback" not in done.stderr, done.stderr
-        assert "internal error" not in done.stderr, done.stderr
-        return done
-
-    return run
-
-
-@pytest.fixture
-def in_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
-    """Function from a command and its arguments to the finished command, run in this process and the test's folder.
-
-    It saves a second per call; what a process of its own adds is tested with one call of each command through `mrm`.
-    """
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> Result:
-        done = CliRunner().invoke(app, [str(a) for a in arguments], prog_name="mrm")
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        return done
 
     return run
 

@@ -8,12 +8,15 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from mrm_mtlx.engines.osl import availability as osl_availability
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 REPOSITORY = Path(__file__).parents[1]
 PAGES = (
@@ -137,19 +140,23 @@ def test_every_command_of_the_pages_is_accounted_for() -> None:
 
 
 @pytest.mark.parametrize("command", sorted(RUN))
-def test_a_command_of_the_pages_runs(command: str, tmp_path: Path) -> None:
+def test_a_command_of_the_pages_runs(mrm_here: Callable[..., Any], command: str, tmp_path: Path) -> None:
     (tmp_path / "materials").symlink_to(REPOSITORY / "materials")
     program, *arguments = shlex.split(RUN[command])
     assert program in ("mrm", "python")
-    command = [sys.executable, *(["-m", "mrm_mtlx.cli.main"] if program == "mrm" else []), *arguments]
-    tools = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(REPOSITORY)])}  # as in the checkout
-    variables = tools if program == "python" else None
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=variables)
+    if {"osl", "cycles"} & set(arguments) and not osl_availability().available:
+        pytest.skip(f"OSL runtime not available: {osl_availability().detail}; {osl_availability().remedy}")
+    done = mrm_here(*arguments) if program == "mrm" else run_a_tool(arguments, tmp_path)
     # Without a driver, nothing can be compared (3), and the doctor says so (1).
-    if ("osl" in command or "cycles" in command) and not osl_availability().available:
-        pytest.skip(f"OSL runtime: {osl_availability().detail}; {osl_availability().remedy}")
-    allowed = (0, 3) if "conformance" in command else (0, 1) if "doctor" in command else (0,)
+    allowed = (0, 3) if "conformance" in arguments else (0, 1) if "doctor" in arguments else (0,)
     assert done.returncode in allowed, done.stderr
+
+
+def run_a_tool(arguments: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """A finished program of the checkout."""
+    variables = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(REPOSITORY)])}
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=variables)
 
 
 def test_the_snippet_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -28,8 +28,8 @@ def test_rules_lists_every_rule_on_a_line(mrm):
 
 
 @pytest.mark.parametrize("beginning", ["READ", "doc_cycle", "SHADER_"])
-def test_rules_explains_those_that_begin_so(mrm, beginning):
-    done = mrm("rules", beginning)
+def test_rules_explains_those_that_begin_so(mrm_here, beginning):
+    done = mrm_here("rules", beginning)
     assert (done.returncode, done.stderr) == (0, "")
     headings = re.findall(r"^([A-Z_]+) \((\w+)\): (.+)$", done.stdout, re.MULTILINE)
     expected = [rule for rule in RULES.values() if rule.code.startswith(beginning.upper())]
@@ -40,8 +40,8 @@ def test_rules_explains_those_that_begin_so(mrm, beginning):
         assert "".join(rule.remedy.split()) in flat
 
 
-def test_rules_prints_the_page_of_the_documentation(mrm, repository):
-    done = mrm("rules", "--markdown")
+def test_rules_prints_the_page_of_the_documentation(mrm_here, repository):
+    done = mrm_here("rules", "--markdown")
     assert (done.returncode, done.stderr) == (0, "")
     assert re.findall(r"^## (\w+)$", done.stdout, re.MULTILINE) == list(RULES)
     assert done.stdout == (repository / "docs" / "rules.md").read_text(encoding="utf-8")
@@ -70,8 +70,8 @@ def test_doctor_says_what_runs_here_and_how_to_add_the_rest(mrm, gl):
     assert "\x1b" not in text.stdout
 
 
-def test_doctor_says_what_the_reference_covers(mrm):
-    text, report = mrm("doctor", "--coverage"), mrm("doctor", "--coverage", "--format", "json")
+def test_doctor_says_what_the_reference_covers(mrm_here):
+    text, report = mrm_here("doctor", "--coverage"), mrm_here("doctor", "--coverage", "--format", "json")
     assert (text.returncode, report.returncode) == (0, 0)
     found = json.loads(report.stdout)
     assert found["schema"] == "mrm.coverage/1"
@@ -127,8 +127,8 @@ def test_library_prints_its_folders(mrm):
         assert (Path(done.stdout.strip()) / file).is_file()
 
 
-def test_library_installs_its_files_and_says_how_to_load_them(mrm, tmp_path):
-    done = mrm("library", "install", "hosts/one")
+def test_library_installs_its_files_and_says_how_to_load_them(mrm_here, tmp_path):
+    done = mrm_here("library", "install", "hosts/one")
     assert done.returncode == 0
     written = sorted(path for path in (tmp_path / "hosts" / "one").rglob("*") if path.is_file())
     assert [tmp_path / line for line in done.stdout.splitlines()] == written
@@ -176,11 +176,11 @@ TELLING = {
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_generate_prints_the_source_and_writes_the_same_to_files(mrm, metal, tmp_path, target):
-    printed = mrm("generate", metal, "--target", target)
+def test_generate_prints_the_source_and_writes_the_same_to_files(mrm_here, metal, tmp_path, target):
+    printed = mrm_here("generate", metal, "--target", target)
     assert (printed.returncode, printed.stderr) == (0, "")
     assert TELLING[target] in printed.stdout
-    written = mrm("generate", metal, "--target", target, "-o", "out")
+    written = mrm_here("generate", metal, "--target", target, "-o", "out")
     assert (written.returncode, written.stdout) == (0, "")
     files = [Path(line.removeprefix("wrote ")) for line in written.stderr.splitlines()]
     assert [file.name for file in files] == [f"material{suffix}" for suffix in TARGETS[target].suffixes.values()]
@@ -194,22 +194,22 @@ def test_generate_takes_the_library_that_is_asked_for(mrm, metal):
     assert "mx_conductor_bsdf" in theirs
 
 
-def test_generate_takes_the_element_that_is_asked_for(mrm, metal):
+def test_generate_takes_the_element_that_is_asked_for(mrm_here, metal):
     text = metal.read_text(encoding="utf-8")
     second = text[text.index("<surfacematerial") : text.index("</materialx>")].replace(
         '"material" type', '"other" type'
     )
     metal.write_text(text.replace("</materialx>", f"{second}</materialx>"), encoding="utf-8")
-    assert mrm("generate", metal, "--target", "osl").stdout.count("\nshader ") == 2
-    one = mrm("generate", metal, "--target", "osl", "--element", "other").stdout
+    assert mrm_here("generate", metal, "--target", "osl").stdout.count("\nshader ") == 2
+    one = mrm_here("generate", metal, "--target", "osl", "--element", "other").stdout
     assert re.findall(r"^shader (\w+)", one, re.MULTILINE) == ["other"]
-    done = mrm("generate", metal, "--element", "third")
+    done = mrm_here("generate", metal, "--element", "third")
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1].endswith("third: expected one of material, other")
 
 
-def test_generate_reports_what_cannot_be_generated_as_a_finding(mrm, documents):
-    done = mrm("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
+def test_generate_reports_what_cannot_be_generated_as_a_finding(mrm_here, documents):
+    done = mrm_here("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith("error SHADER_GENERATE /material: ")
 
@@ -238,8 +238,8 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("code", BROKEN)
-def test_a_broken_document_is_refused_with_its_finding(mrm, documents, code):
-    done = mrm("generate", documents / code / "triggers.mtlx")
+def test_a_broken_document_is_refused_with_its_finding(mrm_here, documents, code):
+    done = mrm_here("generate", documents / code / "triggers.mtlx")
     assert (done.returncode, done.stdout) == (BROKEN[code], "")
     if code == "DOC_NO_RENDERABLE":
         assert done.stderr.strip().endswith("has nothing to render")
@@ -248,8 +248,8 @@ def test_a_broken_document_is_refused_with_its_finding(mrm, documents, code):
 
 
 @pytest.mark.parametrize("code", ["READ_MISSING", "READ_XML", "DOC_CYCLE", "DOC_NO_RENDERABLE"])
-def test_a_broken_document_is_not_rendered(mrm, documents, tmp_path, code, gl):
-    done = mrm("render", documents / code / "triggers.mtlx", "-o", "a.png", "--size", "24")
+def test_a_broken_document_is_not_rendered(mrm_here, documents, tmp_path, code, gl):
+    done = mrm_here("render", documents / code / "triggers.mtlx", "-o", "a.png", "--size", "24")
     assert (done.returncode, done.stdout) == (BROKEN[code], "")
     assert list(tmp_path.iterdir()) == []
 
@@ -261,21 +261,21 @@ def test_a_shader_that_does_not_compile_is_not_rendered(mrm, documents, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_shader_that_cannot_be_generated_is_not_rendered(mrm, documents, gl):
-    done = mrm("render", documents / "SHADER_GENERATE" / "triggers.mtlx", "-o", "a.png", "--size", "24")
+def test_a_shader_that_cannot_be_generated_is_not_rendered(mrm_here, documents, gl):
+    done = mrm_here("render", documents / "SHADER_GENERATE" / "triggers.mtlx", "-o", "a.png", "--size", "24")
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith("error SHADER_GENERATE")
 
 
-def test_a_folder_is_no_document(mrm, tmp_path, gl):
+def test_a_folder_is_no_document(mrm_here, tmp_path, gl):
     for arguments in (("generate", tmp_path), ("render", tmp_path, "-o", "a.png")):
-        done = mrm(*arguments)
+        done = mrm_here(*arguments)
         assert (done.returncode, done.stdout) == (2, "")
         assert "is a folder; name one document" in done.stderr.splitlines()[-1]
 
 
-def test_a_warning_is_shown_and_does_not_keep_from_generating(mrm, documents):
-    done = mrm("generate", documents / "DOC_VALUE_RANGE" / "triggers.mtlx", "--target", "osl")
+def test_a_warning_is_shown_and_does_not_keep_from_generating(mrm_here, documents):
+    done = mrm_here("generate", documents / "DOC_VALUE_RANGE" / "triggers.mtlx", "--target", "osl")
     assert done.returncode == 0
     assert done.stderr.startswith("warning DOC_VALUE_RANGE /metal/roughness: ")
     assert "shader material" in done.stdout
@@ -299,9 +299,9 @@ CASE_KEYS = {
 }
 
 
-def test_conformance_as_json_and_as_text_has_the_same_cases_with_what_is_promised(mrm, gl):
+def test_conformance_as_json_and_as_text_has_the_same_cases_with_what_is_promised(mrm, mrm_here, gl):
     arguments = ("conformance", "--samples", "256", "--target", "glsl")
-    done, printed = mrm(*arguments, "--format", "json"), mrm(*arguments)
+    done, printed = mrm_here(*arguments, "--format", "json"), mrm(*arguments)
     assert (done.returncode, printed.returncode, printed.stderr) == (0, 0, "")
     assert done.stderr == f"PASSED  {CASES} passed, 0 failed, 0 skipped\n"
     report = json.loads(done.stdout)

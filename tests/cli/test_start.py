@@ -23,8 +23,8 @@ COMMANDS = (
 HEAVY = ("MaterialX", "numpy", "rich", "moderngl", "OpenImageIO", "pebble", "slangpy", "scipy", "matplotlib", "pxr")
 
 
-def test_the_version_is_that_of_the_package(mrm, repository):
-    done = mrm("--version")
+def test_the_version_is_that_of_the_package(mrm_here, repository):
+    done = mrm_here("--version")
     assert (done.returncode, done.stdout, done.stderr) == (0, f"mrm {__version__}\n", "")
     project = tomllib.loads((repository / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["dynamic"] == ["version"]  # read from the package: tests/test_wheel.py builds it
@@ -40,8 +40,8 @@ def test_the_installed_script_is_the_same_command(environment):
 
 @pytest.mark.parametrize("option", ["--help", "-h"])
 @pytest.mark.parametrize("arguments", [(), *((name,) for name in COMMANDS), ("library", "install")])
-def test_help_goes_to_stdout(mrm, arguments, option):
-    done = mrm(*arguments, option)
+def test_help_goes_to_stdout(mrm_here, arguments, option):
+    done = mrm_here(*arguments, option)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("Usage: ")
     assert "\x1b" not in done.stdout
@@ -105,8 +105,8 @@ def test_a_heavy_package_would_be_noticed(environment, metal):
     ],
     ids=" ".join,
 )
-def test_a_wrong_call_is_a_usage_message_of_one_line(mrm, arguments):
-    done = mrm(*arguments)
+def test_a_wrong_call_is_a_usage_message_of_one_line(mrm_here, arguments):
+    done = mrm_here(*arguments)
     assert (done.returncode, done.stdout) == (2, "")
     usage, hint, empty, error = done.stderr.strip().split("\n")
     assert usage.startswith("Usage: ")

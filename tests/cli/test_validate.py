@@ -42,48 +42,48 @@ def test_0_a_document_without_fault(mrm, metal, gl):
     assert done.stdout.splitlines()[-1] == "PASSED  0 errors, 0 warnings, 1 checked, 0 skipped"
 
 
-def test_0_warnings_alone_and_1_with_strict(mrm, place, gl):
+def test_0_warnings_alone_and_1_with_strict(mrm_here, place, gl):
     name = place("DOC_DUPLICATE_NAME")
-    assert mrm("validate", name, *GLSL).returncode == 0
-    strict = mrm("validate", name, *GLSL, "--strict")
+    assert mrm_here("validate", name, *GLSL).returncode == 0
+    strict = mrm_here("validate", name, *GLSL, "--strict")
     assert strict.returncode == 1
     assert strict.stdout.splitlines()[-1] == "FAILED  0 errors, 1 warning, 1 checked, 0 skipped"
 
 
-def test_0_skips_beside_verdicts_and_1_with_strict(mrm, metal, gl):
+def test_0_skips_beside_verdicts_and_1_with_strict(mrm_here, metal, gl):
     targets = (*GLSL, "--target", "mdl")
-    assert mrm("validate", metal, *targets).returncode == 0
-    strict = mrm("validate", metal, *targets, "--strict")
+    assert mrm_here("validate", metal, *targets).returncode == 0
+    strict = mrm_here("validate", metal, *targets, "--strict")
     assert strict.returncode == 1
     assert (
         strict.stdout.splitlines()[-1] == "FAILED  0 errors, 0 warnings, 1 checked, 1 skipped (1 mdl: no MDL compiler)"
     )
 
 
-def test_1_a_document_with_an_error(mrm, place):
-    done = mrm("validate", place("DOC_INPUT_VALUE"), *QUICK)
+def test_1_a_document_with_an_error(mrm_here, place):
+    done = mrm_here("validate", place("DOC_INPUT_VALUE"), *QUICK)
     assert done.returncode == 1
     assert "error DOC_INPUT_VALUE" in done.stdout
     assert done.stdout.splitlines()[-1].startswith("FAILED  1 error, ")
 
 
-def test_1_a_path_that_does_not_exist_and_the_others_are_checked(mrm, metal, gl):
-    done = mrm("validate", "nothing.mtlx", "nowhere/", metal.name, *GLSL)
+def test_1_a_path_that_does_not_exist_and_the_others_are_checked(mrm_here, metal, gl):
+    done = mrm_here("validate", "nothing.mtlx", "nowhere/", metal.name, *GLSL)
     assert done.returncode == 1
     assert done.stdout.count("error READ_MISSING") == 2
     assert done.stdout.splitlines()[-1] == "FAILED  2 errors, 0 warnings, 1 checked, 0 skipped"
 
 
-def test_1_a_shader_that_differs(mrm, documents, gl):
-    done = mrm("validate", documents / "SHADER_DIFFERS", *GLSL, "--target", "essl")
+def test_1_a_shader_that_differs(mrm_here, documents, gl):
+    done = mrm_here("validate", documents / "SHADER_DIFFERS", *GLSL, "--target", "essl")
     assert done.returncode == 1
     assert "FAIL compare" in done.stdout
     assert re.search(r"essl: \d+ of 272 samples differ; worst at v = \(", done.stdout)
 
 
-def test_1_an_ignored_finding_does_not_turn_a_failed_comparison_into_a_pass(mrm, place, gl):
+def test_1_an_ignored_finding_does_not_turn_a_failed_comparison_into_a_pass(mrm_here, place, gl):
     name = place("SHADER_DIFFERS")
-    done = mrm("validate", name, *GLSL, "--target", "essl", "--ignore", "SHADER")
+    done = mrm_here("validate", name, *GLSL, "--target", "essl", "--ignore", "SHADER")
     assert done.returncode == 1
     assert "error" not in done.stdout.splitlines()[1]
     assert done.stdout.splitlines()[-1] == "FAILED  0 errors, 0 warnings, 2 checked, 0 skipped"
@@ -111,11 +111,11 @@ def test_2_a_report_that_cannot_be_written(mrm, form, output):
     assert "cannot be written" in done.stderr.splitlines()[-1]
 
 
-def test_3_nothing_to_check(mrm, metal, tmp_path):
+def test_3_nothing_to_check(mrm_here, metal, tmp_path):
     (tmp_path / "empty").mkdir()
-    done = mrm("validate", "empty", *QUICK)
+    done = mrm_here("validate", "empty", *QUICK)
     assert (done.returncode, done.stdout) == (3, "NOTHING CHECKED  0 errors, 0 warnings, 0 checked, 0 skipped\n")
-    done = mrm("validate", metal, *QUICK)
+    done = mrm_here("validate", metal, *QUICK)
     assert done.returncode == 3
     assert done.stdout.splitlines()[-1].startswith("NOTHING CHECKED  0 errors, 0 warnings, 0 checked, 1 skipped")
 
@@ -176,9 +176,9 @@ def test_130_an_interrupt_from_the_keyboard_prints_no_traceback(command, environ
 # What goes where ------------------------------------------------------------------------------------------------------
 
 
-def test_text_has_the_finding_with_its_place_and_hint_and_ends_with_the_verdict(mrm, place):
+def test_text_has_the_finding_with_its_place_and_hint_and_ends_with_the_verdict(mrm_here, place):
     name = place("DOC_UNKNOWN_NODE")
-    done = mrm("validate", name, *QUICK)
+    done = mrm_here("validate", name, *QUICK)
     lines = done.stdout.splitlines()
     assert done.stderr == ""
     assert lines[:3] == [
@@ -191,8 +191,8 @@ def test_text_has_the_finding_with_its_place_and_hint_and_ends_with_the_verdict(
 
 
 @pytest.mark.parametrize("form", ["json", "junit", "github"])
-def test_a_machine_gets_the_report_alone_on_stdout_and_the_verdict_on_stderr(mrm, form):
-    done = mrm("validate", "nothing.mtlx", *QUICK, "--format", form)
+def test_a_machine_gets_the_report_alone_on_stdout_and_the_verdict_on_stderr(mrm_here, form):
+    done = mrm_here("validate", "nothing.mtlx", *QUICK, "--format", form)
     assert done.returncode == 1
     assert VERDICT.match(done.stderr)
     assert done.stderr.count("\n") == 1
@@ -206,9 +206,9 @@ def test_a_machine_gets_the_report_alone_on_stdout_and_the_verdict_on_stderr(mrm
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
-def test_a_report_in_a_file_is_the_one_that_would_be_printed(mrm, tmp_path, form):
-    printed = mrm("validate", "nothing.mtlx", *QUICK, "--format", form)
-    written = mrm("validate", "nothing.mtlx", *QUICK, "--format", form, "--output", "report.txt")
+def test_a_report_in_a_file_is_the_one_that_would_be_printed(mrm_here, tmp_path, form):
+    printed = mrm_here("validate", "nothing.mtlx", *QUICK, "--format", form)
+    written = mrm_here("validate", "nothing.mtlx", *QUICK, "--format", form, "--output", "report.txt")
     assert written.returncode == printed.returncode == 1
     assert written.stdout == ""
     assert VERDICT.match(written.stderr)
@@ -219,9 +219,9 @@ def test_a_report_in_a_file_is_the_one_that_would_be_printed(mrm, tmp_path, form
     ("options", "expected"),
     [((), available_targets()), (("--target", "mdl", "--target", "glsl", "--target", "mdl"), ("mdl", "glsl"))],
 )
-def test_all_targets_are_checked_unless_some_are_named(mrm, place, options, expected):
+def test_all_targets_are_checked_unless_some_are_named(mrm_here, place, options, expected):
     # A document with errors: nothing is generated, so that all targets cost nothing.
-    done = mrm("validate", place("DOC_UNKNOWN_NODE"), "--format", "json", *options)
+    done = mrm_here("validate", place("DOC_UNKNOWN_NODE"), "--format", "json", *options)
     assert tuple(json.loads(done.stdout)["documents"][0]["renderables"][0]["targets"]) == expected
 
 
@@ -232,9 +232,9 @@ def test_all_targets_are_checked_unless_some_are_named(mrm, place, options, expe
         (("--select", "DOC", "--ignore", "DOC_DUP"), 1, {"DOC_UNKNOWN_NODE"}),
     ],
 )
-def test_findings_are_selected_and_ignored(mrm, place, options, status, codes):
+def test_findings_are_selected_and_ignored(mrm_here, place, options, status, codes):
     names = [place("DOC_UNKNOWN_NODE"), place("DOC_DUPLICATE_NAME")]
-    done = mrm("validate", *names, *QUICK, "--format", "json", *options)
+    done = mrm_here("validate", *names, *QUICK, "--format", "json", *options)
     assert done.returncode == status
     assert {f["code"] for d in json.loads(done.stdout)["documents"] for f in d["findings"]} == codes
 
@@ -247,8 +247,8 @@ def test_two_runs_print_the_same_bytes(mrm, documents, gl):
     assert '"max_error": 0.0' not in first.stdout  # there was something to differ
 
 
-def test_reports_hold_no_absolute_path_and_no_time(mrm, documents, repository, tmp_path):
-    done = mrm("validate", documents / "DOC_FILE", "nothing.mtlx", *QUICK, "--format", "json")
+def test_reports_hold_no_absolute_path_and_no_time(mrm_here, documents, repository, tmp_path):
+    done = mrm_here("validate", documents / "DOC_FILE", "nothing.mtlx", *QUICK, "--format", "json")
     for secret in (str(repository), str(tmp_path), os.path.expanduser("~") + os.sep):  # noqa: PTH111
         assert secret not in done.stdout
     assert [d["path"] for d in json.loads(done.stdout)["documents"]] == [
@@ -310,8 +310,8 @@ def named(metal, name: str):
         "Schild_für_Würzburg",
     ],
 )
-def test_names_of_a_document_are_printed_as_they_are(mrm, metal, name):
-    done = mrm("validate", named(metal, name), *QUICK)
+def test_names_of_a_document_are_printed_as_they_are(mrm_here, metal, name):
+    done = mrm_here("validate", named(metal, name), *QUICK)
     assert done.returncode in (1, 3)  # MaterialX takes some of these for names, and some not
     assert re.search(rf"^  {re.escape(name)} +- ", done.stdout, re.MULTILINE)
 
@@ -325,19 +325,19 @@ def test_names_of_a_document_are_printed_as_they_are(mrm, metal, name):
         "weight",
     ],
 )
-def test_names_of_a_document_do_not_drive_the_terminal(mrm, metal, where):
+def test_names_of_a_document_do_not_drive_the_terminal(mrm_here, metal, where):
     text = metal.read_text(encoding="utf-8").replace(f'name="{where}" type', f'name="{where}\x9b31m\u202e" type')
     path = metal.with_name("named.mtlx")
     path.write_text(text, encoding="utf-8")
-    done = mrm("validate", path.name, *QUICK)
+    done = mrm_here("validate", path.name, *QUICK)
     assert done.returncode == 1
     assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e]", done.stdout)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="names of files are text elsewhere")
-def test_names_of_files_do_not_drive_the_terminal(mrm, metal):
+def test_names_of_files_do_not_drive_the_terminal(mrm_here, metal):
     path = metal.rename(metal.with_name("red\x1b[31m.mtlx"))
-    done = mrm("validate", path.name, *QUICK)
+    done = mrm_here("validate", path.name, *QUICK)
     assert "\x1b" not in done.stdout + done.stderr
 
 

@@ -1,11 +1,10 @@
-"""`mrm render`: options, files and refusals, through the real command."""
+"""`mrm render`: options, files and refusals, as the command has them."""
 
 from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,23 +12,18 @@ import pytest
 from mrm_mtlx.documents.images import read_image
 
 SIZE = 24
-TIME_LIMIT_S = 120
 
 
 @pytest.fixture
-def render(gl, repository, tmp_path):
-    """Function from arguments after the document to the finished command, in a folder with a retroreflective metal."""
-    source = repository / "tests" / "rules" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
-    shutil.copy(source, tmp_path / "metal.mtlx")
+def metal(gl, documents, tmp_path):
+    """A document with a retroreflective metal, in the test's folder."""
+    return shutil.copy(documents / "SHADER_IGNORES_RETRO" / "triggers.mtlx", tmp_path / "metal.mtlx")
 
-    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "mrm_mtlx.cli.main", "render", "metal.mtlx", *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=TIME_LIMIT_S, check=False)
-        assert "Traceback" not in done.stderr
-        assert "internal error" not in done.stderr
-        return done
 
-    return run
+@pytest.fixture
+def render(mrm_here, metal):
+    """Function from arguments after the document to the finished command."""
+    return partial(mrm_here, "render", metal.name)
 
 
 @pytest.fixture
@@ -44,8 +38,8 @@ def pixels(render, tmp_path):
     return read
 
 
-def test_a_picture_is_written_and_said_so(render, tmp_path):
-    done = render("-o", "a.png", "--size", SIZE)
+def test_a_picture_is_written_and_said_so(mrm, metal, tmp_path):
+    done = mrm("render", metal.name, "-o", "a.png", "--size", SIZE)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "wrote a.png\n")
     found = read_image(tmp_path / "a.png")
     assert found.shape == (SIZE, SIZE, 3)
