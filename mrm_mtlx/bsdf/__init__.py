@@ -23,8 +23,9 @@ composes facets, `lobes` and `diffuse_lobes` are the public BSDFs, `blend` mixes
 `prismatic` and `sheeting` have cube corners. `compensation` gives back what single scattering loses, by an albedo that
 the caller has; `intermediates` is where an analysis of another precision gets in.
 
-This is the physics as the papers have it. What MaterialX's shaders do differently (mean-width masking, clamps, closure
-arithmetic, fits) is in `mrm_mtlx.reference`, which is built on these pieces.
+This is the physics as the papers have it; a film ends its series where MaterialX does (`thin_film`). Whatever else its
+shaders do differently (mean-width masking, clamps, closure arithmetic, fits) is in `mrm_mtlx.reference`, which is built
+on these pieces.
 """
 
 from mrm_mtlx.bsdf.blend import Blend, environment_radiance, partially_retroreflective

@@ -1,9 +1,9 @@
-"""Interference in a thin film over an interface, as MaterialX's closures have it.
+"""Interference in a thin film over an interface, in the form that renderers have it.
 
 Airy's series over the film, integrated against Gaussian fits of the colour-matching functions in the Fourier domain
-(Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence").
-MaterialX keeps two terms of the series and clamps the colour to [0, 1]; both are part of its definition of the node,
-and kept.
+(Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"). The
+series ends after two terms and the colour is clamped to [0, 1]: MaterialX defines its nodes so, and a lobe with a film
+is to be the same in both.
 """
 
 from __future__ import annotations

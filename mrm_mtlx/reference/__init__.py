@@ -3,7 +3,7 @@
 Built on the pure optics of `mrm_mtlx.bsdf`; what MaterialX does on top of them is here and nowhere else. From the top:
 
 * `surface`: a renderable element of a document, ready to be evaluated at `points`; `display` makes its value a colour.
-  `survey` says beforehand what of the graph is unknown, `coverage` of a whole library.
+  `survey` says beforehand what of the graph is unknown, `coverage` of a whole library. `probing` gives single inputs.
 * `evaluation`: the walk over a document's graph for many samples. `state` has what it has met so far, `sharing` the
   values that a perturbed evaluation takes from the exact one, `node_inputs` a node as its function sees it.
 * `nodes`: one function per node definition that MaterialX implements in source; `textures` are what some look up.
@@ -19,8 +19,9 @@ Built on the pure optics of `mrm_mtlx.bsdf`; what MaterialX does on top of them 
 from mrm_mtlx.reference.closures import Environment, Model
 from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, Tolerance
 from mrm_mtlx.reference.points import ShadingPoints
+from mrm_mtlx.reference.probing import constant_input, input_at, narrowest_width
 from mrm_mtlx.reference.state import Illumination
-from mrm_mtlx.reference.surface import Surface, constant_input, input_at, narrowest_width
+from mrm_mtlx.reference.surface import Surface
 from mrm_mtlx.reference.survey import UnsupportedError
 
 __all__ = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,14 @@ _REASONS = {
 _NO_IMPLEMENTATION = "MaterialX has no hardware implementation of it"
 
 
+class How(StrEnum):
+    """By what a node definition is covered: a function, or a graph of covered nodes. Empty if it is not."""
+
+    FUNCTION = "function"
+    GRAPH = "graph"
+    NOT_AT_ALL = ""
+
+
 @dataclass(frozen=True)
 class Coverage:
     """One node definition.
@@ -32,14 +41,14 @@ class Coverage:
     name, library
         Of the definition, and of the library that it belongs to ("stdlib", "pbrlib", "bxdf", ...).
     how
-        "function", "graph" (all of whose nodes are covered), or "" if it is not covered.
+        By what it is covered.
     reason
         Why it is not covered, "" if it is.
     """
 
     name: str
     library: str
-    how: str
+    how: How
     reason: str = ""
 
 
@@ -51,16 +60,16 @@ def coverage(library: mx.Document) -> list[Coverage]:
 def _covered(definition: Any) -> Coverage:
     name, library = str(definition.getName()), _library(definition)
     if name in NODES:
-        return Coverage(name, library, "function")
+        return Coverage(name, library, How.FUNCTION)
     graph = defining_graph(definition)
     if graph is None:
-        return Coverage(name, library, "", _reason(definition))
+        return Coverage(name, library, How.NOT_AT_ALL, _reason(definition))
     survey = Survey()
     for output in graph.getOutputs():
         survey.visit(output.getConnectedNode())
     if survey.unknown:
-        return Coverage(name, library, "", f"its graph needs {', '.join(sorted(survey.unknown))}")
-    return Coverage(name, library, "graph")
+        return Coverage(name, library, How.NOT_AT_ALL, f"its graph needs {', '.join(sorted(survey.unknown))}")
+    return Coverage(name, library, How.GRAPH)
 
 
 def _reason(definition: Any) -> str:
