@@ -72,7 +72,7 @@ def _print_coverage(report_format: TableFormat) -> None:
     from collections import Counter
 
     from mrm_mtlx.library import load_library
-    from mrm_mtlx.reference.coverage import coverage
+    from mrm_mtlx.reference.coverage import How, coverage
     from mrm_mtlx.system.versions import versions
 
     definitions = coverage(load_library().document)
@@ -85,7 +85,7 @@ def _print_coverage(report_format: TableFormat) -> None:
     every, how = Counter(c.library for c in definitions), Counter((c.library, c.how) for c in definitions)
     typer.echo(f"{'library':<9}{'nodes':>7}{'functions':>11}{'graphs':>8}{'covered':>9}")
     for name, total in every.items():
-        functions, graphs = how[name, "function"], how[name, "graph"]
+        functions, graphs = how[name, How.FUNCTION], how[name, How.GRAPH]
         share = (functions + graphs) / total
         typer.echo(f"{name:<9}{total:>7}{functions:>11}{graphs:>8}{share:>9.1%}")
     covered = sum(bool(c.how) for c in definitions)
