@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -255,7 +255,7 @@ def _translate(
     opened = open_document(path, root=root, listener=listener)
 
     def told(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-        found = [replace(found, location=opened.imported.source_location(found.location)) for found in findings]
+        found = [opened.imported.in_source(found) for found in findings]
         listener.findings(found)
         return (*opened.findings, *found)
 

@@ -119,7 +119,7 @@ class OpenSurface:
 
     def refuse_missing_images(self, listener: Listener = SILENT) -> None:
         """Raise a DocumentError if an image could not be read."""
-        problems = self.images.findings
+        problems = [self.owner.imported.in_source(found) for found in self.images.findings]
         if problems:
             listener.image_findings(problems)
             msg = "; ".join(found.message for found in problems)
@@ -230,11 +230,11 @@ def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Do
         checked += check_files(imported.materialx, imported.reach, library)
     except ReadError as error:
         return None, [error.finding]
-    findings = imported.findings + [imported.in_source(found) for found in checked]
+    findings = imported.findings + checked
     usable = not any(found.blocks for found in findings)
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
-    shown = capped(found for found in findings if not found.rule.of_host)
-    return imported if usable else None, shown
+    told = capped(found for found in findings if not found.rule.of_host)
+    return imported if usable else None, [imported.in_source(found) for found in told]
 
 
 def _first(path: Path, findings: Sequence[Finding]) -> str:
@@ -243,7 +243,8 @@ def _first(path: Path, findings: Sequence[Finding]) -> str:
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     first = errors[0]
     place = f" {first.location}" if first.location else ""
-    return f"{path}: {first.code}{place}: {first.message}{more}"
+    where = first.source if first.source and first.source.line else path
+    return f"{where}: {first.code}{place}: {first.message}{more}"
 
 
 def _chosen(

@@ -44,13 +44,13 @@ class Terminal(Listener):
     def findings(self, found: Sequence[Finding]) -> None:
         """Print findings with their remedies."""
         for one in found:
-            _print_finding(one)
+            typer.echo(printable(str(one)), err=True)
             typer.echo(printable(f"    {one.hint}"), err=True)
 
     def image_findings(self, found: Sequence[Finding]) -> None:
         """Print findings alone."""
         for one in found:
-            _print_finding(one)
+            typer.echo(printable(str(one)), err=True)
 
     def not_measured(self, path: str, error: MrmError) -> None:
         """Print which document is left out, and why."""
@@ -88,8 +88,3 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A function of (finished, all) that draws a progress bar on stderr while that is a terminal."""
     with terminal(what) as listener:
         yield listener.progress
-
-
-def _print_finding(found: Finding) -> None:
-    place = f" {found.location}" if found.location else ""
-    typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)

@@ -89,13 +89,8 @@ def open_document(
 def print_findings(findings: list[Finding]) -> None:
     """Findings with their remedies, on stderr."""
     for found in findings:
-        _print_finding(found)
+        typer.echo(printable(str(found)), err=True)
         typer.echo(printable(f"    {found.hint}"), err=True)
-
-
-def _print_finding(found: Finding) -> None:
-    place = f" {found.location}" if found.location else ""
-    typer.echo(printable(f"{found.severity} {found.code}{place}: {found.message}"), err=True)
 
 
 def _scratch() -> Path:
@@ -115,7 +110,7 @@ class OpenSurface(NamedTuple):
     def refuse_missing_images(self) -> None:
         """Raise typer.Exit with status 1, and the findings on stderr, if an image could not be read."""
         for problem in self.images.findings:
-            _print_finding(problem)
+            typer.echo(printable(str(problem)), err=True)
         if self.images.findings:
             raise typer.Exit(1)
 

@@ -120,9 +120,10 @@ def _print_document(screen: Console, document: DocumentResult) -> None:
     screen.print(printable(document.path), style="bold", markup=False)
     colours = {"error": "red", "warning": "yellow"}
     for found in document.findings:
+        line = found.source.within(document.path) if found.source else ""
         place = f" {found.code} {printable(found.location)}".rstrip()
-        line = Text.assemble("  ", (found.severity.value, colours[found.severity.value]), place)
-        screen.print(line)
+        severity = (found.severity.value, colours[found.severity.value])
+        screen.print(Text.assemble("  ", printable(f"{line} ").lstrip(), severity, place))
         screen.print(f"      {printable(found.message)}", markup=False)
         screen.print(f"      {printable(found.hint)}", markup=False, style="dim")
     if document.renderables:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from mrm_mtlx.findings.source_location import SourceLocation
+
 if TYPE_CHECKING:
     from pathlib import Path
 
     import MaterialX as mx
 
     from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.documents.locations import Locations
     from mrm_mtlx.findings.finding import Finding
 
 
@@ -48,6 +51,8 @@ class Document:
         Path of an element, "material/node/input", to where the source file has it, in that format's words: a prim's
         path, a JSON pointer. An element that is not there lies where its nearest parent does; empty for a file whose
         own elements these are.
+    locations
+        Where in its files that is: line and column, as far as the format has them.
     findings
         What reading it found: what is wrong, or could not be carried over.
     """
@@ -57,6 +62,7 @@ class Document:
     reach: Reach
     packed: bool = False
     source_locations: dict[str, str] = field(default_factory=dict)
+    locations: Locations | None = None
     findings: list[Finding] = field(default_factory=list)
 
     def source_location(self, location: str) -> str:
@@ -68,5 +74,12 @@ class Document:
         return self.source_locations[path] + rest if path else location
 
     def in_source(self, found: Finding) -> Finding:
-        """A finding about an element, with the element's location in the source file."""
-        return replace(found, location=self.source_location(found.location)) if self.source_locations else found
+        """A finding about an element, with the element's location in the source file; others as they are."""
+        return found if found.source else self.located(replace(found, location=self.source_location(found.location)))
+
+    def located(self, found: Finding) -> Finding:
+        """A finding whose location is one in the source file, with the file, and the line if that is known."""
+        if found.source:
+            return found
+        known = self.locations
+        return replace(found, source=known.of(found.location) if known else SourceLocation(self.reach.shown(self.path)))

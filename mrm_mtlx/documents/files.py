@@ -122,6 +122,12 @@ class Reach:
             raise ValueError(msg)
         return target.relative_to(root)
 
+    def shown(self, path: Path) -> str:
+        """A path as reports show it, see `shown_path`: of a file that lies elsewhere, from the folder that holds it."""
+        absolute = Path.cwd() / path
+        roots = (Path.cwd() / root for root in (self.root, *self.search))
+        return shown_path(absolute, next((root for root in roots if absolute.is_relative_to(root)), None))
+
     def _root_of(self, target: Path) -> Path | None:
         roots = (root.resolve() for root in (self.root, *self.search))
         return next((root for root in roots if target.is_relative_to(root)), None)

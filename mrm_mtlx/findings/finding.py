@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx.findings.source_location import SourceLocation
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -66,7 +68,7 @@ class Rule:
 
     def at(self, location: str, message: str, hint: str = "") -> Finding:
         """A case of this rule; its remedy is the hint if none is given."""
-        return Finding(self, *(_shortened(text) for text in (location, message, hint or self.remedy)))
+        return Finding(self, _shortened(location), _shortened(message), _shortened(hint or self.remedy))
 
 
 @dataclass(frozen=True)
@@ -83,12 +85,15 @@ class Finding:
         What was found and what was expected, on one line but for quoted source.
     hint
         What to do.
+    source
+        Where in which file that is; None where it was not asked for, as for `location` alone.
     """
 
     rule: Rule
     location: str
     message: str
     hint: str
+    source: SourceLocation | None = None
 
     @property
     def code(self) -> str:
@@ -105,10 +110,22 @@ class Finding:
         """Whether nothing can be made of the document: an error, but not of what is around it."""
         return self.severity is Severity.ERROR and not self.rule.of_surroundings
 
-    def to_json(self) -> dict[str, str]:
-        """The finding as reports have it (docs/report.schema.json)."""
-        own = {"location": self.location, "message": self.message, "hint": self.hint}
-        return {"code": self.code, "severity": self.severity.value, **own}
+    def in_file(self, file: str) -> Finding:
+        """The same with a file as its source, if that is not known better."""
+        return self if self.source else replace(self, source=SourceLocation(file))
+
+    def __str__(self) -> str:
+        """On one line, as compilers write it: "file:line:column: severity CODE location: message"."""
+        place = f" {self.location}" if self.location else ""
+        is_known = self.source and (self.source.line or self.source.layer)
+        where = f"{self.source}: " if is_known else ""
+        return f"{where}{self.severity} {self.code}{place}: {self.message}"
+
+    def to_json(self) -> dict[str, str | int | None]:
+        """The finding as reports have it (docs/report.schema.json), if its source is known."""
+        where = {"location": self.location, **(self.source.to_json() if self.source else {})}
+        what = {"message": self.message, "hint": self.hint}
+        return {"code": self.code, "severity": self.severity.value, **where, **what}
 
 
 def _shortened(text: str) -> str:

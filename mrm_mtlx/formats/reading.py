@@ -8,23 +8,27 @@ formats are translated by their packages, with findings of their own.
 from __future__ import annotations
 
 import os
+import posixpath
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import MaterialX as mx
 
 from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import read_regular
+from mrm_mtlx.documents.locations import WholeFile, XmlLocations
 from mrm_mtlx.documents.xml_scan import Include, Scan, scan
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.formats.registry import DOCUMENT, format_of
 from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.files import Reach
-    from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.documents.xml_elements import XmlElements
+    from mrm_mtlx.findings.finding import Finding, Rule
     from mrm_mtlx.library import DataLibrary
 
 
@@ -45,6 +49,10 @@ class _Reading:
     includes: int = 0
     findings: list[Finding] = field(default_factory=list)
     known: dict[Path, tuple[bytes, Scan]] = field(default_factory=dict)
+
+    def elements(self) -> dict[str, tuple[str, XmlElements]]:
+        """The elements of the files, as `XmlLocations` has them."""
+        return {str(path): (found.file, found.elements) for path, (_, found) in self.known.items()}
 
 
 def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:
@@ -71,10 +79,17 @@ def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path)
     ReadError
         If it cannot be read, for any reason that lies in the file.
     """
-    form = format_of(path) or DOCUMENT
-    if form is DOCUMENT:
-        return _read_materialx(path, reach, library)
-    return form.read(path, reach, library, scratch, partial(read_reference, library))
+    form, file = format_of(path) or DOCUMENT, reach.shown(path)
+    try:
+        if form is DOCUMENT:
+            document = _read_materialx(path, reach, library)
+        else:
+            document = form.read(path, reach, library, scratch, partial(read_reference, library))
+    except ReadError as error:
+        raise ReadError(replace(error.finding, source=error.finding.source or SourceLocation(file))) from error
+    document.locations = document.locations or WholeFile(file)
+    document.findings = [document.located(found) for found in document.findings]
+    return document
 
 
 def read_reference(library: DataLibrary, path: Path, reach: Reach) -> Document:
@@ -97,7 +112,8 @@ def _read_materialx(path: Path, reach: Reach, library: DataLibrary) -> Document:
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(rules.DOC_INVALID.at("", f"MaterialX cannot read it: {error}")) from error
-    return Document(materialx=document, path=path, reach=reach, findings=reading.findings)
+    locations = XmlLocations(document, reach.shown(path), reading.elements())
+    return Document(materialx=document, path=path, reach=reach, locations=locations, findings=reading.findings)
 
 
 def _document(file: _File) -> mx.Document:
@@ -141,20 +157,24 @@ def _included(include: Include, chain: tuple[Path, ...], reading: _Reading) -> _
     reach = replace(reading.reach, folder=folders[0], search=(*folders[1:], *reading.reach.search))
     path = reach.locate(include.href)
     target = reach.inside(path)
-    place = f"line {include.line}" if len(chain) == 1 else f"{chain[-1].name} line {include.line}"
+    line = include.source.line
+    place = f"line {line}" if len(chain) == 1 else f"{chain[-1].name} line {line}"
+
+    def refuse(rule: Rule, message: str) -> NoReturn:
+        raise ReadError(replace(rule.at(place, message), source=include.source))
+
     if target is None:
-        message = f"the include '{include.href}' lies outside the folder being checked"
-        raise ReadError(rules.READ_OUTSIDE.at(place, message))
+        refuse(rules.READ_OUTSIDE, f"the include '{include.href}' lies outside the folder being checked")
     targets = [reach.inside(file) for file in chain]
     if target in targets:
         names = " -> ".join(file.name for file in (*chain[targets.index(target) :], target))
-        raise ReadError(rules.READ_INCLUDE.at(place, f"the document includes itself: {names}"))
+        refuse(rules.READ_INCLUDE, f"the document includes itself: {names}")
     if not target.is_file():
         problem = "is not a regular file" if target.exists() else "does not exist"
-        raise ReadError(rules.READ_INCLUDE.at(place, f"the included document '{include.href}' {problem}"))
+        refuse(rules.READ_INCLUDE, f"the included document '{include.href}' {problem}")
     reading.includes += 1
     if reading.includes > MAXIMUM_INCLUDES:
-        raise ReadError(rules.READ_INCLUDE.at(place, f"more than {MAXIMUM_INCLUDES} inclusions"))
+        refuse(rules.READ_INCLUDE, f"more than {MAXIMUM_INCLUDES} inclusions")
     return _read(path, reading, chain)
 
 
@@ -163,7 +183,9 @@ def _scanned(path: Path, reading: _Reading, *, is_document: bool) -> tuple[bytes
     if path not in reading.known:
         content = _content(path, "" if is_document else path.name)
         _count(path, content, reading)
-        reading.known[path] = content, scan(content, path.name, is_document=is_document)
+        # Names of includes may lead up and down again.
+        file = reading.reach.shown(path) if is_document else posixpath.normpath(reading.reach.shown(path))
+        reading.known[path] = content, scan(content, file, is_document=is_document)
         reading.findings += reading.known[path][1].findings
     else:
         _count(path, reading.known[path][0], reading)

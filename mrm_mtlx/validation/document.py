@@ -45,11 +45,9 @@ def check_document(request: Request, steps: Steps | None = None) -> DocumentResu
             return result
         result.findings = list(document.findings)
         _check(replace(request, reach=document.reach), document.materialx, result, steps)
-    read = len(document.findings)
-    result.findings[read:] = [document.in_source(found) for found in result.findings[read:]]
+    result.findings = [document.in_source(found) for found in capped(result.findings)]
     for renderable in result.renderables:
         renderable.path = document.source_location(renderable.path)
-    result.findings = capped(result.findings)
     return result
 
 

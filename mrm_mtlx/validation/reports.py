@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 from mrm_mtlx.findings.finding import Severity
+from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.system.text import printable, text_lines
 from mrm_mtlx.validation.results import Status
 
@@ -55,7 +56,7 @@ def to_json(result: ValidationResult) -> str:
         "documents": [
             {
                 "path": document.path,
-                "findings": [f.to_json() for f in document.findings],
+                "findings": [f.in_file(document.path).to_json() for f in document.findings],
                 "renderables": [r.to_json() for r in document.renderables],
             }
             for document in result.documents
@@ -86,22 +87,35 @@ def to_github(result: ValidationResult) -> str:
     for document in result.documents:
         for found in document.findings:
             place = f"{found.location}: " if found.location else ""
-            properties = f"file={_escape(printable(document.path), ':,')},title={_escape(found.code, ':,')}"
+            source = found.source or SourceLocation(document.path)
+            named = {"file": source.file, "line": source.line, "col": source.column, "title": found.code}
+            said = {key: _escape(printable(str(value)), ":,") for key, value in named.items() if value is not None}
+            properties = ",".join(f"{key}={value}" for key, value in said.items())
             message = _escape(_printable_lines(f"{place}{found.message} {found.hint}"))
             lines.append(f"::{found.severity} {properties}::{message}")
     return "\n".join(lines)
 
 
+class _Case(NamedTuple):
+    """A case of a suite, and what it is, if it did not pass: an element of the case, with a text."""
+
+    name: str
+    kind: str = ""
+    text: str = ""
+    source: SourceLocation | None = None
+
+
 def _junit_suite(suites: ET.Element, document: DocumentResult) -> None:
-    cases: list[tuple[str, str, str]] = [("findings", "", "")]
+    cases = [_Case("findings")]
     for found in document.findings:
         kind = "failure" if found.severity is Severity.ERROR else "system-out"
-        cases.append((f"{found.code} {found.location}".strip(), kind, f"{found.message}\n{found.hint}"))
+        name, text = f"{found.code} {found.location}".strip(), f"{found.message}\n{found.hint}"
+        cases.append(_Case(name, kind, text, found.source or SourceLocation(document.path)))
     for renderable in document.renderables:
         for target, r in renderable.targets.items():
             kind = {Status.PASS: "", Status.FAIL: "failure", Status.SKIP: "skipped"}[r.status]
-            cases.append((f"{renderable.name} [{target}]", kind, r.reason or (r.stage if kind else "")))
-    kinds = [kind for _, kind, _ in cases]
+            cases.append(_Case(f"{renderable.name} [{target}]", kind, r.reason or (r.stage if kind else "")))
+    kinds = [case.kind for case in cases]
     suite = ET.SubElement(
         suites,
         "testsuite",
@@ -111,13 +125,15 @@ def _junit_suite(suites: ET.Element, document: DocumentResult) -> None:
         skipped=str(kinds.count("skipped")),
         errors="0",
     )
-    for name, kind, text in cases:
-        case = ET.SubElement(suite, "testcase", classname=printable(document.path), name=printable(name))
-        if kind == "system-out":
-            ET.SubElement(case, kind).text = _printable_lines(text)
-        elif kind:
-            shown = _printable_lines(text)
-            ET.SubElement(case, kind, message=text_lines(shown)[0]).text = shown
+    for case in cases:
+        source = {"file": case.source.file, "line": case.source.line} if case.source else {}
+        said = {"classname": document.path, "name": case.name, **source}
+        element = ET.SubElement(suite, "testcase", {k: printable(str(v)) for k, v in said.items() if v is not None})
+        shown = _printable_lines(case.text)
+        if case.kind == "system-out":
+            ET.SubElement(element, case.kind).text = shown
+        elif case.kind:
+            ET.SubElement(element, case.kind, message=text_lines(shown)[0]).text = shown
 
 
 def _printable_lines(text: str) -> str:

@@ -49,7 +49,8 @@ def validate(
     missing, requests = collect(paths, options)
     documents = missing + check_all(requests, options, progress)
     for document in documents:
-        document.findings = [found for found in document.findings if _is_wanted(found, options)]
+        wanted = (found for found in document.findings if _is_wanted(found, options))
+        document.findings = [found.in_file(document.path) for found in wanted]
     documents.sort(key=lambda d: d.path)
     return ValidationResult(versions(), engines(options.targets), documents)
 

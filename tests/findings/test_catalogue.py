@@ -10,6 +10,7 @@ import pickle
 import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -19,13 +20,15 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import pages, rules
 from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.findings.finding import Severity
+from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_of
 from mrm_mtlx.validation.runner import validate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
+
+    from mrm_mtlx.findings.finding import Finding
 
 # Where a rule needs another target than GLSL to show.
 TARGETS = {"SHADER_DIFFERS": ("glsl", "essl"), "SHADER_IGNORES_RETRO": ("glsl", "mdl")}
@@ -115,34 +118,68 @@ def document(documents: Path, code: str, name: str) -> Path:
 
 
 @pytest.fixture
-def codes(request, check, settings, library, tmp_path) -> Callable[[str, Path], list[str]]:
-    """Function from a rule's code and a path to the codes that the path's documents get."""
+def findings(request, check, settings, library, tmp_path) -> Callable[[str, Path], list[Finding]]:
+    """Function from a rule's code and a path to the findings that the path's documents get."""
 
-    def of(code: str, path: Path) -> list[str]:
+    def of(code: str, path: Path) -> list[Finding]:
         if code in WRITTEN:
             read = read_document(path, Reach.beside(path), library, tmp_path)
             form = format_of(tmp_path / "written.glb")
             try:
-                return [finding.code for finding in form.write(read, tmp_path / "written.glb", library)]
+                return [read.in_source(found) for found in form.write(read, tmp_path / "written.glb", library)]
             except NothingToWriteError as error:
-                return [finding.code for finding in error.findings]
+                return [read.in_source(found) for found in error.findings]
         if code in NEED_GL:
             request.getfixturevalue("gl")
         if code in FATAL:
             found = validate([path], settings(timeout_s=PATIENCE_S if code == "CHECK_TIMEOUT" else 120.0)).documents
         else:
             found = check(path, targets=TARGETS.get(code, ("glsl",)))
-        return [f.code for document in found for f in document.findings]
+        return [f for document in found for f in document.findings]
 
     return of
 
 
+def tag_of(text: str, path: str) -> tuple[int, int]:
+    """Line and column of the tag that has the last name of a path, behind the tags of its parents."""
+    end = 0
+    for name in path.split("/")[1:]:
+        named = re.compile(rf'<\w+(?:\s+\w+="[^"]*")*?\s+name="{re.escape(name)}"').search(text, end)
+        assert named is not None, path
+        end = named.end()
+    lines = text[: named.start()].split("\n")
+    return len(lines), len(lines[-1]) + 1
+
+
+def expected_place(found: Finding, path: Path) -> tuple[int | None, int | None]:
+    """Line and column of what a finding in a .mtlx is about, by searching the text; None for a column that it says."""
+    line = re.fullmatch(r"line (\d+)", found.location)
+    if line:
+        return int(line[1]), None
+    if not found.location:
+        return None, None
+    text = path.read_text(encoding="utf-8")
+    if found.code == "DOC_DUPLICATE_NAME":  # the second is meant
+        first, _ = tag_of(text, found.location)
+        text = "\n" * first + text.split("\n", first)[first]
+    return tag_of(text, found.location)
+
+
 @pytest.mark.parametrize("code", RULES)
-def test_every_rule_is_triggered_by_its_document_alone_and_not_by_the_one_beside_it(codes, documents, tmp_path, code):
+def test_every_rule_is_triggered_by_its_document_alone_and_not_by_the_one_beside_it(
+    findings, documents, tmp_path, code
+):
     right = document(documents, code, "passes")
     wrong = BUILT[code](tmp_path, right) if code in BUILT else document(documents, code, "triggers")
-    assert set(codes(code, wrong)) == {code}
-    assert codes(code, right) == []
+    found = findings(code, wrong)
+    assert {one.code for one in found} == {code}
+    assert findings(code, right) == []
+    for one in found if wrong.is_file() else ():
+        assert one.source is not None
+        assert Path(one.source.file).parts[-2:] == wrong.parts[-2:]
+        if wrong.suffix == ".mtlx":
+            line, column = expected_place(one, wrong)
+            assert one.source == SourceLocation(one.source.file, line, column or one.source.column)
     assert multiprocessing.active_children() == []
 
 

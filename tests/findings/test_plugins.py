@@ -79,7 +79,7 @@ def test_another_packages_rule_is_checked_in_worker_processes(studio, pair):
 
 def test_another_packages_rule_is_told_by_every_command(studio, pair):
     done = studio("generate", pair[0], "--target", "glsl")
-    assert done.stderr.splitlines()[0] == "warning STUDIO_NAME /sign: 'sign' has no capital"
+    assert done.stderr.splitlines()[0] == "sign.mtlx:5:3: warning STUDIO_NAME /sign: 'sign' has no capital"
 
 
 @pytest.mark.parametrize(

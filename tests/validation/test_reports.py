@@ -7,6 +7,7 @@ import json
 import re
 import unicodedata
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import jsonschema
 import pytest
@@ -14,6 +15,7 @@ import pytest
 from mrm_mtlx.findings import rules
 from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.findings.finding import Finding, Severity
+from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult, ValidationResult
@@ -184,6 +186,10 @@ BROKEN = {
     "an unknown target": lambda r: r["documents"][0]["renderables"][0]["targets"].update(cobol=target(r, "glsl")),
     "a sample without directions": lambda r: target(r, "glsl")["worst"].pop("v"),
     "a vector of two": lambda r: target(r, "glsl")["worst"]["v"].pop(),
+    "a finding in an absolute file": lambda r: r["documents"][0]["findings"][0].update(file="/home/a.mtlx"),
+    "a line before the first": lambda r: r["documents"][0]["findings"][0].update(line=0),
+    "a column left out": lambda r: r["documents"][0]["findings"][0].pop("column"),
+    "a pointer that is a path": lambda r: r["documents"][0]["findings"][0].update(pointer="materials"),
     "a negative error": lambda r: target(r, "glsl").update(max_error=-1.0),
     "an engine without a name": lambda r: r["engines"]["gl"].pop("renderer"),
 }
@@ -222,6 +228,26 @@ def test_json_carries_any_text(conforms, text):
     assert conforms(report)
     assert report["documents"][0]["path"] == f"x{text}.mtlx"
     assert report["documents"][0]["findings"][0]["message"] == text
+
+
+HERE = SourceLocation("parts/lobe.mtlx", 12, 5)
+IN_ASSET = SourceLocation("a.gltf", 3, 7, pointer="/materials/0")
+IN_STAGE = SourceLocation("a.usdz", layer="a.usdz[looks.usda]", prim="/Looks/M")
+
+
+def test_json_says_where_each_finding_is(conforms):
+    places = (HERE, IN_ASSET, IN_STAGE, None)
+    findings = [replace(ERROR, source=place) for place in places]
+    report = json.loads(reports.to_json(run_of(document("a.mtlx", *findings))))
+    assert conforms(report)
+    keys = ("file", "line", "column", "pointer", "layer", "prim")
+    found = [[f.get(key, "absent") for key in keys] for f in report["documents"][0]["findings"]]
+    assert found == [
+        ["parts/lobe.mtlx", 12, 5, "absent", "absent", "absent"],
+        ["a.gltf", 3, 7, "/materials/0", "absent", "absent"],
+        ["a.usdz", None, None, "absent", "a.usdz[looks.usda]", "/Looks/M"],
+        ["a.mtlx", None, None, "absent", "absent", "absent"],
+    ]
 
 
 # JUnit ----------------------------------------------------------------------------------------------------------------
@@ -280,6 +306,13 @@ def test_junit_counts_a_suite_per_document_and_a_case_per_finding_and_target():
     assert first.find(".//skipped").get("message") == "no OSL engine"
 
 
+def test_junit_says_where_each_finding_is():
+    findings = [replace(ERROR, source=HERE), replace(WARNING, source=None)]
+    root = ET.fromstring(reports.to_junit(run_of(document("a.mtlx", *findings, glsl=PASS))))
+    places = [(case.get("file"), case.get("line")) for case in root.iter("testcase")]
+    assert places == [(None, None), ("parts/lobe.mtlx", "12"), ("a.mtlx", None), (None, None)]
+
+
 # GitHub ---------------------------------------------------------------------------------------------------------------
 
 
@@ -318,3 +351,14 @@ def test_github_gets_a_line_per_finding_and_nothing_for_none():
         ("warning", "c.mtlx"),
     ]
     assert reports.to_github(run_of(document("b.mtlx"))) == ""
+
+
+def test_github_is_told_line_and_column_where_they_are_known():
+    findings = [replace(ERROR, source=place) for place in (HERE, IN_STAGE, SourceLocation("a,b:c%.mtlx", 1, 1), None)]
+    found = [parsed(line)[1] for line in reports.to_github(run_of(document("a.mtlx", *findings))).splitlines()]
+    assert found == [
+        {"file": "parts/lobe.mtlx", "line": "12", "col": "5", "title": "SHADER_DIFFERS"},
+        {"file": "a.usdz", "title": "SHADER_DIFFERS"},
+        {"file": "a,b:c%.mtlx", "line": "1", "col": "1", "title": "SHADER_DIFFERS"},
+        {"file": "a.mtlx", "title": "SHADER_DIFFERS"},
+    ]
