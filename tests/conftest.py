@@ -37,6 +37,7 @@ pytest_plugins = [
     "tests.fixtures.material",
     "tests.fixtures.plugins",
     "tests.fixtures.quadrature",
+    "tests.fixtures.skips",
 ]
 
 SEED = 2026

@@ -45,7 +45,7 @@ def test_the_wheel_carries_the_data(wheel: Path) -> None:
     assert schemas <= names
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_wheel_works_in_a_fresh_environment(wheel: Path, tmp_path: Path) -> None:
     venv.create(tmp_path / "venv", with_pip=True)
     bin_folder = tmp_path / "venv" / "bin"

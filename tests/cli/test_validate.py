@@ -96,7 +96,6 @@ def test_1_when_the_process_that_checks_a_document_dies(mrm, documents, gl):
     assert "- compiled" in done.stdout  # of the other document
 
 
-@pytest.mark.slow
 def test_1_a_document_that_takes_too_long_is_given_up_without_a_word_on_stderr(mrm, documents, gl):
     pair = (documents / "CHECK_TIMEOUT" / f"{which}.mtlx" for which in ("triggers", "passes"))
     done = mrm("validate", *pair, "--target", "glsl", "-j", "2", "--timeout", "5")
@@ -123,7 +122,6 @@ def test_3_nothing_to_check(mrm_here, metal, tmp_path):
 GONE_WITHIN_S = 30.0
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals to processes are a matter of POSIX")
 def test_130_an_interrupt_ends_the_run_and_its_processes(command, environment, documents, gl):
     path = documents / "CHECK_TIMEOUT" / "triggers.mtlx"
@@ -151,7 +149,6 @@ def test_130_an_interrupt_ends_the_run_and_its_processes(command, environment, d
     pytest.fail("processes of the run are left")
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals to processes are a matter of POSIX")
 def test_130_an_interrupt_from_the_keyboard_prints_no_traceback(command, environment, documents, gl):
     # The terminal sends it to all processes at once. When those of the run start depends on the machine: some moments.

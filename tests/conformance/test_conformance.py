@@ -33,7 +33,6 @@ def assert_passed(results) -> None:
         assert 0.0 < result.comparison.excess < 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("node", NODES)
 @pytest.mark.parametrize("origin", Origin)
 def test_every_case_passes_with_our_library_and_with_the_standard_one(gl_clean, origin, node):
@@ -147,14 +146,12 @@ DAMAGE = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_a_wrong_library_fails_in_the_cases_that_it_is_wrong_in(failing, damage):
     file, old, new, expected = DAMAGE[damage]
     assert failing(file, old, new, PAIR) == expected
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("node", NODES)
 @pytest.mark.parametrize(
     ("old", "new"),

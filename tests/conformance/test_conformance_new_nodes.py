@@ -155,7 +155,6 @@ DAMAGE = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_a_wrong_graph_fails_in_the_cases_that_it_is_wrong_in(gl_clean, changed_library, damage):
     old, new, tried, failing = DAMAGE[damage]

@@ -56,7 +56,6 @@ def assert_passed(result: CaseResult) -> None:
         assert 0.0 < result.comparison.excess < 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("node", NODES)
 def test_every_variant_of_every_node_passes(small, node):
     ordinary = Case(node, retroreflective=False, anisotropic=True, film=False)
@@ -84,7 +83,6 @@ def test_the_variants_are_those_that_the_library_has():
     assert upstream == [(case, "closures") for case in cases() if not case.film]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("node", NODES)
 def test_materialx_alone_passes_without_the_flag_and_fails_with_it(cycles, node):
     pair = [Case(node, flag, anisotropic=True, film=False) for flag in (False, True)]
@@ -175,7 +173,7 @@ def largest_move(first: list[Approximation], second: list[Approximation]) -> flo
     return max(max(abs(a.l1 - b.l1), abs(a.albedo - b.albedo)) for a, b in zip(first, second, strict=True))
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_the_figures_of_aligned_lobes_do_not_depend_on_the_quadrature(cycles):
     # Of all that is measured these move most: the widest lobes, at 60 degrees, end at the horizon.
     coarse, as_it_is, fine = (
@@ -238,7 +236,6 @@ FUNCTIONS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("damage", FUNCTIONS)
 def test_wrong_functions_fail_in_the_cases_that_they_are_wrong_in(changed, damage):
     old, new, expected = FUNCTIONS[damage]
@@ -258,7 +255,6 @@ CLOSURES = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("damage", CLOSURES)
 def test_wrong_closures_fail_in_the_cases_that_they_are_wrong_in(changed, damage):
     file, old, new, expected = CLOSURES[damage]
@@ -267,7 +263,6 @@ def test_wrong_closures_fail_in_the_cases_that_they_are_wrong_in(changed, damage
     assert {case for case in expected if failing(case, variants[case])} == expected
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("node", NODES[1:])
 def test_a_thousandth_more_is_seen_in_every_node(changed, node):
     name = node.removesuffix("_bsdf")
@@ -288,7 +283,6 @@ ALIGNED = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("damage", ALIGNED)
 def test_a_wrong_aligned_lobe_breaks_its_bounds(changed, damage):
     file, old, new, node, alpha, view = ALIGNED[damage]

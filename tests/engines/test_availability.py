@@ -44,7 +44,7 @@ def test_without_a_driver_the_engine_says_why_and_what_to_do():
 def outcome_of_a_gl_test(repository, **environment: str) -> str:
     """Last line of pytest over the one test above that asks for the engine."""
     run = run_python(
-        "-m", "pytest", "-q", "-p", "no:cacheprovider", "-rfEs", "--rootdir", str(repository),
+        "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "-rfEs", "--rootdir", str(repository),
         f"{__file__}::test_a_working_engine_names_its_renderer_and_needs_no_remedy", **environment,
     )  # fmt: skip
     return run.stdout

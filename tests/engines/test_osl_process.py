@@ -216,18 +216,8 @@ def test_the_remedy_of_a_named_interpreter_is_about_the_one_that_is_named(tried,
 
 def test_an_absent_runtime_is_skipped_with_its_reason_unless_it_is_expected(repository, tmp_path):
     one = f"{__file__}::test_a_working_runtime_names_its_versions_and_needs_no_remedy"
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "-rfEs",
-        "--rootdir",
-        str(repository),
-        one,
-    ]
+    options = ["-q", "-n", "0", "-p", "no:cacheprovider", "-rfEs", "--rootdir", str(repository)]
+    command = [sys.executable, "-m", "pytest", *options, one]
     absent = {**os.environ, process.VARIABLE: str(tmp_path / "nowhere"), "TMPDIR": str(tmp_path)}
     unexpected, expected = (
         subprocess.Popen(command, env={**absent, "MRM_EXPECT_OSL": value}, stdout=subprocess.PIPE, text=True)

@@ -123,15 +123,13 @@ def test_colours_are_inside_the_boxes_that_were_read(reports, name):
     assert FACTORS[kind][0] <= factor <= FACTORS[kind][1]
 
 
-# Each structure, and the narrowest and widest lobes, steepest and flattest falls of all. The others differ in numbers
+# Each structure; and the narrowest and widest lobes, steepest and flattest falls of all. The others differ in numbers
 # alone; `mrm validate materials_classes` has them.
-SHADERS = (
-    "dpr_495_white", "dpr_495_red", "iso_20471_silver", "en_1436_r5_white", "fmvss_131_prismatic_white",
-    "cpsc_reflector_clear", "dot_c2_white",
-)  # fmt: skip
+STRUCTURES = ("dpr_495_white", "iso_20471_silver", "en_1436_r5_white")
+EXTREMES = ("dpr_495_red", "fmvss_131_prismatic_white", "cpsc_reflector_clear", "dot_c2_white")
 
 
-@pytest.mark.parametrize("name", SHADERS)
+@pytest.mark.parametrize("name", [*STRUCTURES, *(pytest.param(name, marks=pytest.mark.large) for name in EXTREMES)])
 def test_the_shader_of_a_material_is_as_the_reference_has_it(gl, name):
     path = path_of(BY_NAME[name])
     found = check_document(Request(path, Reach.beside(path), path.name, targets=("glsl",), samples=64))
@@ -140,8 +138,8 @@ def test_the_shader_of_a_material_is_as_the_reference_has_it(gl, name):
     assert (renderable.targets["glsl"].stage, renderable.targets["glsl"].status) == ("compare", "pass")
 
 
-# One of each structure: face and lobe, lobe alone, two lobes.
-@pytest.mark.parametrize("name", ["dpr_495_white", "en_1436_r5_white", "iso_20471_silver"])
+# Face and lobe, two lobes, lobe alone.
+@pytest.mark.parametrize("name", STRUCTURES)
 def test_the_osl_of_a_material_compiles(cycles, name):
     path = path_of(BY_NAME[name])
     (renderable,) = check_document(

@@ -271,7 +271,6 @@ def images() -> dict[str, bytes]:
     }
 
 
-@pytest.mark.slow
 def test_images_that_claim_more_than_memory_holds_get_a_finding(gl, tmp_path, bounded):
     bad = images()
     pictures = {**bad, "is_fine.png": FINE}

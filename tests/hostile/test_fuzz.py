@@ -12,6 +12,8 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from tools.fuzz.report import Counts
+
 HERE = Path(__file__).resolve().parent
 SEED = 2026
 # 2,000 in all; documents are what most commands take.
@@ -48,21 +50,36 @@ def judged(tmp_path_factory: pytest.TempPathFactory) -> Callable:
     return run
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", COUNTS)
-def test_mutants_give_findings_and_no_failure(kind: str) -> None:
+def tried(kind: str, count: int) -> Counts:
+    """Outcomes of the first mutants of a kind."""
     from tools.fuzz.mutants import Key
     from tools.fuzz.report import Counts, notable
     from tools.fuzz.run import Settings, run
-    from tools.fuzz.target import Outcome
 
     counts = Counts()
-    for result in run([Key(kind, SEED, index) for index in range(COUNTS[kind])], Settings(jobs=1)):
+    for result in run([Key(kind, SEED, index) for index in range(count)], Settings(jobs=1)):
         counts.add(result)
-    assert sum(counts.outcomes.values()) == COUNTS[kind]
+    assert sum(counts.outcomes.values()) == count
     assert counts.failures == [], notable({kind: counts})
+    return counts
+
+
+@pytest.mark.large
+@pytest.mark.parametrize("kind", COUNTS)
+def test_mutants_give_findings_and_no_failure(kind: str) -> None:
+    from tools.fuzz.target import Outcome
+
+    counts = tried(kind, COUNTS[kind])
     # Both sides are tried: mutants that are refused, and such that go on to code, conversion and evaluation.
     assert min(counts.outcomes[Outcome.CLEAN], counts.outcomes[Outcome.FINDINGS]) > COUNTS[kind] // 20
+
+
+@pytest.mark.parametrize("kind", ["mtlx", "data", "image"])
+def test_the_first_mutants_give_findings_and_no_failure(kind: str) -> None:
+    from tools.fuzz.target import Outcome
+
+    outcomes = tried(kind, COUNTS[kind] // 20).outcomes
+    assert min(outcomes[Outcome.CLEAN], outcomes[Outcome.FINDINGS]) > 0
 
 
 def test_a_mutant_is_the_same_whenever_it_is_made(tmp_path: Path) -> None:

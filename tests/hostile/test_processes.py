@@ -189,6 +189,7 @@ def test_a_full_disk_and_a_long_name_are_no_internal_errors(full_disk, tmp_path)
     assert done.stderr.startswith("mrm: File name too long: n")
 
 
+@pytest.mark.large
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited on Linux alone")
 def test_a_large_picture_has_the_memory_that_its_user_asked_for(gl, repository, tmp_path):
     document = repository / "materials" / "cats_eye.mtlx"

@@ -31,7 +31,7 @@ def laid_out(tmp_path: Path):
     return hostile_documents.lay_out(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.large
 def test_no_command_opens_what_is_not_its_own(strace: None) -> None:
     from tools.trace_files import run
 

@@ -343,7 +343,6 @@ def test_a_grey_diffuse_surface_is_as_grey_as_it_is(cycles):
     assert np.max(sigma) < 2e-6
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("what", WHITE)
 def test_no_lobe_returns_more_than_it_receives(white, significance, what):
     sigmas = significance.sigmas(3 * len(ANGLES) * len(ALPHAS))

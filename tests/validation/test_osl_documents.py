@@ -12,6 +12,7 @@ from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.options import Request
+from tests.fixtures.material import CORPORA
 
 RETRO = """
 <{node} name="bsdf" type="BSDF"><input name="retroreflective" type="boolean" value="true"/></{node}>
@@ -48,6 +49,11 @@ def test_the_osl_of_every_material_compiles(cycles, path):
     )
 
 
+@pytest.mark.parametrize(
+    "corpus",
+    [name if name == "own" else pytest.param(name, marks=pytest.mark.large) for name in CORPORA],
+    indirect=True,
+)
 def test_the_osl_of_every_document_of_the_corpus_compiles(cycles, corpus):
     paths = sorted(corpus.rglob("*.mtlx"))
     results = [

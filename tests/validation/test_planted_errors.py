@@ -14,6 +14,7 @@ import pytest
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
+from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.drawing import check_draws
@@ -132,6 +133,15 @@ def test_an_error_in_one_node_is_seen_in_a_document_of_the_corpus(gl, library, c
     wrong = changed_standard_library(planted.file, planted.old, planted.new)
     assert not all(passing(path, library, wrong, opacity))
     assert all(passing(path, library, library, opacity))
+
+
+@pytest.mark.large
+def test_every_surface_of_the_corpus_is_as_the_reference_has_it(gl, corpus, check):
+    documents = check(corpus)
+    outcomes = {(d.path, r.name): r.targets["glsl"] for d in documents for r in d.renderables}
+    assert len(outcomes) > len(documents) > 20
+    assert {name: (o.stage, o.status, o.reason) for name, o in outcomes.items() if o.status != "pass"} == {}
+    assert [finding for d in documents for finding in d.findings if finding.rule.severity is Severity.ERROR] == []
 
 
 TEXTURED = """<?xml version="1.0"?>

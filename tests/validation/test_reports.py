@@ -143,7 +143,6 @@ def test_the_schema_knows_every_rule_target_and_severity(schema):
     assert schema["$defs"]["renderable"]["properties"]["targets"]["propertyNames"]["enum"] == list(TARGETS)
 
 
-@pytest.mark.slow
 def test_a_real_report_follows_the_schema(gl, documents, settings, conforms):
     chosen = ["SHADER_DIFFERS", "DOC_INPUT_VALUE", "READ_XML", "SHADER_NOT_FINITE", "SHADER_GENERATE"]
     targets = ("glsl", "essl", "vulkan", "msl")

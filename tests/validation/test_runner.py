@@ -47,7 +47,6 @@ def folder(tmp_path, monkeypatch, documents):
 # What one document does to the others ---------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_a_crash_and_a_hang_leave_the_other_documents_checked(gl, folder, settings):
     path = folder(
         a_fine=("READ_XML", "passes"),
@@ -92,7 +91,6 @@ def test_an_exception_inside_a_check_is_a_finding_that_names_it(folder, settings
 # Same input, same verdict ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_reports_are_the_same_bytes_whatever_the_number_of_processes(gl, folder, settings):
     path = folder(
         a=("SHADER_IGNORES_RETRO", "triggers"),

@@ -293,8 +293,8 @@ def ruled(pictures, rng):
     return pictures(a=pixels.astype(np.float32))
 
 
-@pytest.mark.parametrize("kind", ["color3", "color4"])
-@pytest.mark.parametrize("space", ["", 'colorspace="srgb_texture"'])
+@pytest.mark.parametrize("kind", ["color3", pytest.param("color4", marks=pytest.mark.large)])
+@pytest.mark.parametrize("space", ["", pytest.param('colorspace="srgb_texture"', marks=pytest.mark.large)])
 def test_a_line_that_a_hex_tile_may_just_meet_is_allowed(compared, ruled, random_surface, rng, kind, space):
     near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
     tolerance, found = compared(shown(image(kind, "hextiledimage", more=space), kind), near, ruled)
@@ -303,6 +303,7 @@ def test_a_line_that_a_hex_tile_may_just_meet_is_allowed(compared, ruled, random
     assert np.mean(np.max(tolerance.allowed, axis=1) < 0.05) > 0.05
 
 
+@pytest.mark.large
 def test_what_rises_and_falls_over_the_range_of_a_hex_tile_is_allowed(excess, ruled, random_surface, rng):
     near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
     tiled = image("color3", "hextiledimage").replace('name="a"', 'name="tiled"')
@@ -316,13 +317,19 @@ def test_what_rises_and_falls_over_the_range_of_a_hex_tile_is_allowed(excess, ru
     assert np.max(excess(shown(nodes, "color3"), near, ruled)) <= 1.0
 
 
+@pytest.mark.large
 def test_a_line_that_a_hex_tiled_normal_may_just_meet_is_allowed(excess, ruled, random_surface, rng):
     near = random_surface(rng, rng.uniform(-1.0, 2.0, (16 * SAMPLES, 2)))
     assert np.max(excess(shown(image("vector3", "hextilednormalmap"), "vector3"), near, ruled)) <= 1.0
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("0.1031", "0.1033"), ("sqrt(3.0) * 2.0", "sqrt(3.0) * 2.1"), ("0.12345", "0.12346")]
+    ("old", "new"),
+    [
+        ("0.1031", "0.1033"),
+        pytest.param("sqrt(3.0) * 2.0", "sqrt(3.0) * 2.1", marks=pytest.mark.large),
+        pytest.param("0.12345", "0.12346", marks=pytest.mark.large),
+    ],
 )
 def test_wrong_tiles_of_a_large_picture_are_caught(excess, pictures, random_surface, rng, old, new):
     u = np.linspace(0.0, 2.0 * np.pi, LARGE, endpoint=False)
