@@ -19,6 +19,7 @@ from mrm_mtlx.bsdf import (
     mirror,
     partially_retroreflective,
 )
+from mrm_mtlx.bsdf.fresnel import schlick_ior
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough
 from mrm_mtlx.bsdf.vectors import components, normalize
 
@@ -167,6 +168,13 @@ def assert_follows(
 RINGS, SECTORS = 6, 10
 
 
+def index_inside(lobe: Conductor | Dielectric | GeneralizedSchlick) -> float:
+    """Index of a lobe inside over outside; 1 where there is no inside."""
+    if isinstance(lobe, Conductor):
+        return 1.0
+    return float(lobe.ior if isinstance(lobe, Dielectric) else schlick_ior(np.mean(lobe.color0)))
+
+
 @pytest.fixture(scope="module")
 def over_facets(seen_facets) -> Callable[..., Histogram]:
     """Adapter to interfaces of any width: cells are rings and sectors of the slopes that reflect or refract v to l.
@@ -176,7 +184,7 @@ def over_facets(seen_facets) -> Callable[..., Histogram]:
 
     def make(lobe: Dielectric, v: Array) -> Histogram:
         side = float(np.sign(v[2]))
-        index = 1.0 if isinstance(lobe, Conductor) else float(lobe._index()) ** side
+        index = index_inside(lobe) ** side
         rings = tuple(np.sqrt(k / (RINGS - k)) for k in range(1, RINGS))
         parts = []
         for mode, eta, mirrored in (("R", None, lobe.retroreflective), ("T", index, lobe.retroreflective_btdf)):
