@@ -244,7 +244,7 @@ def test_a_broken_document_is_refused_with_its_finding(mrm_here, documents, code
     if code == "DOC_NO_RENDERABLE":
         assert done.stderr.strip().endswith("has nothing to render")
     else:
-        assert done.stderr.startswith(f"error {code}")
+        assert re.match(rf"{code}/triggers\.mtlx:\d+:\d+: error {code} /?\w", done.stderr)
 
 
 @pytest.mark.parametrize("code", ["READ_MISSING", "READ_XML", "DOC_CYCLE", "DOC_NO_RENDERABLE"])
@@ -277,7 +277,8 @@ def test_a_folder_is_no_document(mrm_here, tmp_path, gl):
 def test_a_warning_is_shown_and_does_not_keep_from_generating(mrm_here, documents):
     done = mrm_here("generate", documents / "DOC_VALUE_RANGE" / "triggers.mtlx", "--target", "osl")
     assert done.returncode == 0
-    assert done.stderr.startswith("warning DOC_VALUE_RANGE /metal/roughness: ")
+    place = "DOC_VALUE_RANGE/triggers.mtlx:5:5"
+    assert done.stderr.startswith(f"{place}: warning DOC_VALUE_RANGE /metal/roughness: ")
     assert "shader material" in done.stdout
 
 

@@ -180,7 +180,7 @@ def test_text_has_the_finding_with_its_place_and_hint_and_ends_with_the_verdict(
     assert done.stderr == ""
     assert lines[:3] == [
         name,
-        "  error DOC_UNKNOWN_NODE /metal",
+        "  4:3 error DOC_UNKNOWN_NODE /metal",
         "      there is no node 'conducter_bsdf'; did you mean 'conductor_bsdf'?",
     ]
     assert lines[3].startswith("      Check the spelling")
