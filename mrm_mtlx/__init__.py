@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mrm_mtlx import bsdf as bsdf
-    from mrm_mtlx.api.convert import compare_openmaterial as compare_openmaterial
+    from mrm_mtlx.api.convert import compare as compare
     from mrm_mtlx.api.convert import convert as convert
     from mrm_mtlx.api.errors import (
         DataError as DataError,
@@ -76,7 +76,7 @@ __version__ = "0.2.0"
 
 # The public names, by the module that has them.
 _MODULES = {
-    "mrm_mtlx.api.convert": ("compare_openmaterial", "convert"),
+    "mrm_mtlx.api.convert": ("compare", "convert"),
     "mrm_mtlx.api.errors": (
         "DataError", "DocumentError", "MrmError", "NoReferenceError", "NoValueError", "NothingToConvertError",
         "NothingToRenderError",        "ShaderError", "UnavailableError",

@@ -18,7 +18,7 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.engines import gl, osl
 from mrm_mtlx.formats.reading import read_document
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.library import load_library, materials_folder
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode, renderable_elements
@@ -141,7 +141,7 @@ def three_formats(target: Path) -> None:
         for path in paths[1:]:
             scratch = Path(folder) / f"from_{path.suffix[1:]}"
             scratch.mkdir()
-            form = format_of(path)
+            form = format_for(path)
             assert form is not None
             form.write(read_document(paths[0], Reach(paths[0].parent, Path(folder)), library, scratch), path, library)
         for column, path in enumerate(paths):

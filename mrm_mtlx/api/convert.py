@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.api.errors import DocumentError, NothingToConvertError
+from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToConvertError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import OpenDocument, PathLike, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, refuse
-from mrm_mtlx.system.shown import Shown
+from mrm_mtlx.system.arguments import ArgumentError, check_choice
 from mrm_mtlx.system.writing import check_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from typing import TypeVar
 
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.formats.openmaterial import Geometry, OpenMaterialFile
-    from mrm_mtlx.photometry.coefficients import Brdf
+    from mrm_mtlx.formats.format import Comparison, Format
+    from mrm_mtlx.formats.options import Options
 
-# The ending of OpenMATERIAL's files; the other formats are in the table of `formats.registry`.
-OPENMATERIAL_SUFFIX = ".json"
-# R_A of a file and of a document that are called equal: labs state some percent, files a few digits.
-EQUAL_WITHIN = 0.01
+    T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -46,48 +45,19 @@ class Converted:
         return not any(found.severity == "error" for found in self.findings)
 
 
-@dataclass(frozen=True, repr=False)
-class CoefficientComparison(Shown):
-    """R_A of a document [cd/(lx m^2)] and of an OpenMATERIAL file, in one geometry [degrees].
-
-    `stated` is whether the file states these angles.
-    """
-
-    document: float
-    file: float
-    observation_deg: float
-    entrance_deg: float
-    stated: bool
-
-    @property
-    def equal(self) -> bool:
-        """Whether they are the same within `EQUAL_WITHIN`."""
-        return abs(self.document - self.file) <= EQUAL_WITHIN * max(self.document, self.file)
-
-    def report(self) -> str:
-        """Both values, and the verdict."""
-        stated = "as the file states" if self.stated else "the file states other angles or none"
-        angles = f"observation {self.observation_deg:g} deg, entrance {self.entrance_deg:g} deg ({stated})"
-        words = ("PASSED", "equal") if self.equal else ("FAILED", "different")
-        values = f"R_A, cd/(lx m^2), at {angles}: document {self.document:.6g}, file {self.file:.6g}"
-        return f"{values}\n{words[0]}  {words[1]} within {EQUAL_WITHIN:.0%}"
-
-
 def convert(
     path: PathLike | OpenDocument,
     output: PathLike,
     *,
-    to: Literal["openmaterial"] | None = None,
-    into: PathLike | None = None,
-    at: str | None = None,
-    observation: float | None = None,
-    entrance: float | None = None,
-    element: str | None = None,
+    to: str | None = None,
     root: Sequence[PathLike] = (),
     force: bool = False,
     listener: Listener = SILENT,
+    **options: Any,
 ) -> Converted:
-    """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it.
+    """Write a document in another format, or a file of another format as a document.
+
+    A material is fitted to a file that holds coefficients of retroreflection and no more, as OpenMATERIAL's do.
 
     Parameters
     ----------
@@ -96,21 +66,17 @@ def convert(
     output
         What to write; its ending names the format.
     to
-        The format, whatever the ending.
-    into
-        An OpenMATERIAL file whose other data are kept.
-    at
-        Object of `into` for a new block, as "/parent". Default: the top.
-    observation, entrance
-        Angles of R_A [degrees]. Default: 0.2 and -4.
-    element
-        Element whose R_A it is; default: the first.
+        The format, whatever the ending: "openmaterial".
     root
         Folders from which files may be read besides the document's own.
     force
         Also replace files beside `output` that are there with other content.
     listener
         Told of findings and of the file.
+    options
+        Those of the format. OpenMATERIAL (`formats.openmaterial.options`) has `into`, a file of it whose other data are
+        kept; `at`, the object of `into` for a new block, as "/parent"; `observation` and `entrance`, the angles of R_A
+        [degrees], by default 0.2 and -4; and `element`, whose R_A it is, by default that of the first.
 
     Raises
     ------
@@ -119,44 +85,42 @@ def convert(
     DocumentError
         If the document cannot be used, or has nothing that the format can say.
     """
+    from mrm_mtlx.formats.format import Capability
+    from mrm_mtlx.formats.registry import format_of
+
     target = Path(output)
     check_folder(target)
-    check_choice("to", to, ("openmaterial",))
-    geometry = {"observation": observation, "entrance": entrance}
-    if to == "openmaterial" or target.suffix.lower() == OPENMATERIAL_SUFFIX:
-        refuse({"force": force}, "this format has no files beside OUTPUT, which is replaced")
-        refuse({"at": at if into is None else None}, "only with `into`, whose objects it names")
-        file = None if into is None else _openmaterial_file(Path(into), "into")
-        angles = _geometry(geometry, None)
-        opened = open_document(path, element=element, root=root, listener=listener)
-        _write_block(opened, target, file, at or "", angles, listener)
-        return Converted(target, opened.findings)
-    refuse({"into": into, "at": at, **geometry, "element": element}, f"only for {OPENMATERIAL_SUFFIX}, OpenMATERIAL")
-    return _translate(path, target, root, listener, force=force)
+    written = _format_for(path, target, to)
+    if force and not written.writes_beside:
+        msg = "this format has no files beside OUTPUT, which is replaced"
+        raise ArgumentError(msg, "force")
+    source = None if isinstance(path, OpenDocument) else format_of(Path(path))
+    if source is not None and not source.can(Capability.READ) and source.can(Capability.COEFFICIENTS):
+        return _fitted(Path(str(path)), source, target, written, options, listener)
+    chosen = _options(written, path, options)
+    return _write(open_document(path, root=root, listener=listener), target, written, chosen, listener, force=force)
 
 
-def compare_openmaterial(
+def compare(
     path: PathLike | OpenDocument,
-    compare: PathLike,
+    file: PathLike,
     *,
-    observation: float | None = None,
-    entrance: float | None = None,
-    element: str | None = None,
     root: Sequence[PathLike] = (),
     listener: Listener = SILENT,
-) -> CoefficientComparison:
-    """Compare a document's R_A with that of an OpenMATERIAL file.
+    **options: Any,
+) -> Comparison:
+    """Compare a document with what a file says of one, as OpenMATERIAL's say R_A.
 
     Parameters
     ----------
     path
         A document.
-    compare
+    file
         The file.
-    observation, entrance
-        Angles [degrees]. Default: those that the file states, else 0.2 and -4.
-    element, root, listener
+    root, listener
         As `convert`.
+    options
+        As `convert`; by default the angles are those that the file states.
 
     Raises
     ------
@@ -165,109 +129,73 @@ def compare_openmaterial(
     DocumentError
         If the document cannot be used.
     """
-    from mrm_mtlx.formats import openmaterial
+    from mrm_mtlx.formats.format import Capability
+    from mrm_mtlx.formats.registry import format_of, formats_that
 
-    file = _openmaterial_file(Path(compare), "compare")
-    stated = file.block.geometry if file.block is not None else None
-    geometry = _geometry({"observation": observation, "entrance": entrance}, stated)
-    brdf = _brdf(open_document(path, element=element, root=root, listener=listener), listener)
-    if file.block is None:
-        msg = f"{Path(compare).name} has no {openmaterial.BLOCK}"
-        raise ArgumentError(msg, "compare")
-    try:
-        value = openmaterial.r_a(brdf, geometry)
-    except ValueError as error:
-        raise ArgumentError(str(error)) from error
-    return CoefficientComparison(value, file.block.coefficient, *geometry, file.block.geometry == geometry)
-
-
-def _openmaterial_file(path: Path, argument: str) -> OpenMaterialFile:
-    from mrm_mtlx.formats import openmaterial
-
-    try:
-        return openmaterial.read(path)
-    except (ValueError, OSError) as error:
-        raise ArgumentError(str(error), argument) from error
-
-
-def _write_block(
-    opened: OpenDocument,
-    output: Path,
-    file: OpenMaterialFile | None,
-    at: str,
-    geometry: Geometry,
-    listener: Listener,
-) -> None:
-    from mrm_mtlx.formats import openmaterial
-
-    brdf = _brdf(opened, listener)
-    try:
-        block = openmaterial.of_brdf(brdf, opened.path.name, geometry)
-        openmaterial.write(openmaterial.merged(file, block, at), output)
-    except ValueError as error:
-        raise ArgumentError(str(error)) from error
-    except OSError as error:
-        msg = f"{output} cannot be written: {error.strerror}"
-        raise ArgumentError(msg, "output") from error
-    listener.wrote(output)
-
-
-def _geometry(given: dict[str, float | None], stated: Geometry | None) -> Geometry:
-    """The angles that are given, else those that a file states, else the usual ones."""
-    from mrm_mtlx.formats.openmaterial import Geometry
-
-    values = [
-        other if value is None else value for value, other in zip(given.values(), stated or Geometry(), strict=True)
-    ]
-    for value, lower, argument in zip(values, (0.0, -90.0), given, strict=True):
-        if not lower <= value <= 90.0:
-            msg = f"{value:g}: expected {lower:g} to 90 degrees"
-            raise ArgumentError(msg, argument)
-    return Geometry(*values)
-
-
-def _brdf(opened: OpenDocument, listener: Listener) -> Brdf:
-    """The BRDF of the document's first surface."""
-    import numpy as np
-
-    from mrm_mtlx.photometry import surface_brdf
-
-    chosen = opened.surfaces()[0]
-    brdf = surface_brdf(chosen.surface)
-    normal = np.array([0.0, 0.0, 1.0])
-    try:
-        brdf(normal, normal)  # images are read when they are needed, and what is wrong with them is known then
-    except ValueError as error:
-        msg = f"{opened.path} has {error}"
-        raise ArgumentError(msg, "path") from error
-    chosen.refuse_missing_images(listener)
-    return brdf
-
-
-def _translate(
-    path: PathLike | OpenDocument, output: Path, root: Sequence[PathLike], listener: Listener, *, force: bool
-) -> Converted:
-    """Read a file of one format, write one of another."""
-    from mrm_mtlx.documents.document import NothingToWriteError, ReadError
-
-    source = path.path if isinstance(path, OpenDocument) else Path(path)
-    form = _format(source, output)
+    known = (format_of(Path(file)), *formats_that(Capability.COMPARE))
+    compared = next(one for one in known if one is not None and one.can(Capability.COMPARE))
+    chosen = _options(compared, path, options)
     opened = open_document(path, root=root, listener=listener)
+    return _evaluated(opened, listener, lambda: compared.compare(opened.imported, Path(file), chosen))
+
+
+def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None) -> Format:
+    """The format to be written."""
+    from mrm_mtlx.formats.format import Capability
+    from mrm_mtlx.formats.registry import MATERIALX, format_for, format_of, formats_that, suffixes
+
+    named = {known.name: known for known in formats_that(Capability.WRITE) if known.ambiguous}
+    check_choice("to", to, named)
+    found = named[to] if to is not None else format_for(output)
+    if found is None:
+        msg = f"{output}: expected a name that ends in {', '.join(suffixes(Capability.WRITE))}, or `to`"
+        raise ArgumentError(msg, "output")
+    source = path.path if isinstance(path, OpenDocument) else Path(path)
+    if output.exists() and source.exists() and output.samefile(source):
+        msg = f"{output} is the file to be read"
+        raise ArgumentError(msg, "output")
+    if (format_of(source) or (MATERIALX if source.exists() else None)) is found:
+        msg = f"{source} is {found.title} already"
+        raise ArgumentError(msg, "output")
+    return found
+
+
+def _options(owner: Format, path: PathLike | OpenDocument, given: dict[str, Any]) -> Options:
+    """The options of a format; of an open document, the element that was chosen is its own."""
+    from mrm_mtlx.formats.registry import options_for
+
+    if isinstance(path, OpenDocument) and "element" in owner.options_class.names():
+        given = {"element": path.elements[0], **given}
+    given = {name: Path(value) if isinstance(value, os.PathLike) else value for name, value in given.items()}
+    return options_for(owner, given)
+
+
+def _write(
+    opened: OpenDocument, output: Path, written: Format, options: Options, listener: Listener, *, force: bool
+) -> Converted:
+    """Write a document that was opened."""
+    from mrm_mtlx.documents.document import ReadError
+    from mrm_mtlx.formats.format import NothingToWriteError
 
     def told(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-        found = [opened.imported.in_source(found) for found in findings]
+        found = [opened.imported.in_source(one) for one in findings]
         listener.findings(found)
         return (*opened.findings, *found)
 
+    def write() -> list[Finding]:
+        return written.write(opened.imported, output, opened.library, options, force=force)
+
     try:
-        findings = told(form.write(opened.imported, output, opened.library, force=force))
+        findings = told(_evaluated(opened, listener, write))
     except ReadError as error:
         raise DocumentError(error.finding.message, told([error.finding])) from error
     except NothingToWriteError as error:
-        msg = f"{source}: {error}"
+        msg = f"{opened.path}: {error}"
         raise NothingToConvertError(msg, told(error.findings)) from error
+    except ArgumentError:
+        raise
     except ValueError as error:
-        msg = f"{source}: {error}"
+        msg = f"{opened.path}: {error}"
         raise ArgumentError(msg, "path") from error
     except OSError as error:
         msg = f"{output} cannot be written: {error.strerror}"
@@ -276,18 +204,48 @@ def _translate(
     return Converted(output, findings)
 
 
-def _format(path: Path, output: Path) -> Any:
-    """The format to be written."""
-    from mrm_mtlx.formats.registry import DOCUMENT, SUFFIXES, format_of
+def _evaluated(opened: OpenDocument, listener: Listener, work: Callable[[], T]) -> T:
+    """What work gives that may evaluate surfaces of a document.
 
-    form, source = format_of(output), format_of(path) or DOCUMENT
-    if form is None:
-        msg = f"{output}: expected a name that ends in {', '.join((*SUFFIXES, OPENMATERIAL_SUFFIX))}, or `to`"
-        raise ArgumentError(msg, "output")
-    if output.exists() and path.exists() and output.samefile(path):
-        msg = f"{output} is the file to be read"
-        raise ArgumentError(msg, "output")
-    if form is source:
-        msg = f"{path} is {form.name} already"
-        raise ArgumentError(msg, "output")
-    return form
+    Raises
+    ------
+    DocumentError
+        If one cannot be evaluated.
+    """
+    from mrm_mtlx.formats import format as contract
+
+    try:
+        return work()
+    except contract.NoReferenceError as error:
+        raise NoReferenceError(str(error), opened.findings) from error
+    except contract.UnreadableImagesError as error:
+        problems = [opened.imported.in_source(found) for found in error.findings]
+        listener.image_findings(problems)
+        raise DocumentError(str(error), (*opened.findings, *problems)) from error
+
+
+def _fitted(
+    path: Path, source: Format, output: Path, written: Format, options: dict[str, Any], listener: Listener
+) -> Converted:
+    """Write a material that has the coefficients of a file."""
+    from mrm_mtlx.api.fit import fit
+    from mrm_mtlx.documents.document import ReadError
+    from mrm_mtlx.findings import rules
+    from mrm_mtlx.formats.registry import MATERIALX
+
+    try:
+        coefficients = source.coefficients(path, _options(source, path, options))
+    except ReadError as error:
+        listener.findings([error.finding])
+        raise DocumentError(error.finding.message, (error.finding,)) from error
+    values = ", ".join(f"{one.value:g} at {one.observation_deg:g} and {one.entrance_deg:g} deg" for one in coefficients)
+    message = f"the file says no more of the material than R_A, {values}; its colours and its lobe's width are assumed"
+    said = rules.INTERCHANGE_LOST.at("", message, "Give what is known besides to mrm fit --ra.")
+    listener.findings([said])
+    if written is MATERIALX:
+        fit(ra=coefficients, output=output, listener=listener)
+        return Converted(output, (said,))
+    with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
+        document = Path(folder, f"{output.stem}.mtlx")
+        fit(ra=coefficients, output=document)
+        return _write(open_document(document), output, written, _options(written, path, {}), listener, force=False)

@@ -29,12 +29,6 @@ class VectorFormat(StrEnum):
     CSV = "csv"
 
 
-class FormatName(StrEnum):
-    """Formats that a file of any ending may have."""
-
-    OPENMATERIAL = "openmaterial"
-
-
 class Implementation(StrEnum):
     """Implementations of the flag; library.Origin."""
 

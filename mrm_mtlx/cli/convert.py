@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
+from typer.core import TyperCommand
 
 from mrm_mtlx.cli import errors
-from mrm_mtlx.cli.choices import FormatName
 from mrm_mtlx.cli.options import Roots, Timeout
 from mrm_mtlx.system.arguments import ArgumentError, refuse
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class _Command(TyperCommand):
+    """The command, which asks for the formats and their options when it is run, and not when `mrm` starts."""
+
+    def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
+        """That of the command with all options."""
+        app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+        errors.register(app, _with_options_of_formats(convert))
+        return typer.main.get_command(app).make_context(info_name, args, parent, **extra)
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    errors.register(app, convert)
+    app.command("convert", cls=_Command, help=convert.__doc__)(lambda: None)
 
 
 def convert(
@@ -25,32 +41,17 @@ def convert(
         Path | None, typer.Argument(metavar="OUTPUT", help="What to write; its ending names the format.")
     ] = None,
     option: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The same as OUTPUT.")] = None,
-    to: Annotated[FormatName | None, typer.Option("--to", help="The format, whatever the ending.")] = None,
-    into: Annotated[
-        Path | None, typer.Option("--into", metavar="FILE", help="An OpenMATERIAL file whose other data are kept.")
-    ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option("--at", metavar="POINTER", help="Object of --into for a new block, as /parent. Default: the top."),
-    ] = None,
-    compare: Annotated[
+    to: Annotated[str | None, typer.Option("--to", help="The format, whatever the ending.")] = None,
+    file: Annotated[
         Path | None,
         typer.Option("--compare", metavar="FILE", help="Write nothing; compare with this OpenMATERIAL file."),
-    ] = None,
-    observation: Annotated[
-        float | None, typer.Option("--observation", metavar="DEG", help="Observation angle of R_A. Default: 0.2.")
-    ] = None,
-    entrance: Annotated[
-        float | None, typer.Option("--entrance", metavar="DEG", help="Entrance angle of R_A. Default: -4.")
-    ] = None,
-    element: Annotated[
-        str | None, typer.Option("--element", metavar="NAME", help="Element whose R_A it is; default: the first.")
     ] = None,
     root: Roots = None,
     force: Annotated[
         bool, typer.Option("--force", help="Also replace files beside OUTPUT that are there with other content.")
     ] = False,
     timeout: Timeout = TIME_LIMIT_S,
+    **options: Any,
 ) -> None:
     """Write a document as USD or glTF, read one from these, or write its R_A as OpenMATERIAL 3D has it."""
     del timeout  # its option has handed it on
@@ -60,17 +61,41 @@ def convert(
     if output is not None and option is not None:
         raise ArgumentError(f"{output} is to be written already", "option")
     output = output or option
-    shared: dict[str, Any] = {
-        "observation": observation, "entrance": entrance, "element": element, "root": root or (),
-        "listener": Terminal(),
-    }  # fmt: skip
-    if compare is not None:
-        of_writing = {"option": output, "to": to, "into": into, "at": at, "force": force}
-        refuse(of_writing, "not with --compare, which writes nothing")
-        found = mrm.compare_openmaterial(path, compare, **shared)
+    shared: dict[str, Any] = {"root": root or (), "listener": Terminal(), **options}
+    if file is not None:
+        refuse({"option": output, "to": to, "force": force}, "not with `file`, which writes nothing")
+        found = mrm.compare(path, file, **shared)
         typer.echo(found)
         raise typer.Exit(0 if found.equal else 1)
     if output is None:
-        raise ArgumentError("expected a file to write, or --compare", "output")
-    written = mrm.convert(path, output, to=to.value if to else None, into=into, at=at, force=force, **shared)
+        raise ArgumentError("expected a file to write, or `file`", "output")
+    written = mrm.convert(path, output, to=to, force=force, **shared)
     raise typer.Exit(0 if written.complete else 1)
+
+
+def _with_options_of_formats(function: Callable[..., None]) -> Callable[..., None]:
+    """The function with an option for each that a format declares, and the names of formats for `--to`."""
+    from mrm_mtlx.formats.format import Capability
+    from mrm_mtlx.formats.registry import declared_options, formats_that
+
+    @functools.wraps(function)
+    def wrapped(**given: Any) -> None:
+        function(**given)
+
+    hints = get_type_hints(function, include_extras=True)
+    del hints["options"], hints["return"]
+    names = [known.name for known in formats_that(Capability.WRITE) if known.ambiguous]
+    enumeration: Any = StrEnum
+    hints["to"] = Annotated[
+        enumeration("FormatName", [(name.upper(), name) for name in names]) | None, *hints["to"].__metadata__
+    ]
+    for name, (of_type, (metavar, description)) in declared_options().items():
+        hints[name] = Annotated[of_type, typer.Option(f"--{name.replace('_', '-')}", metavar=metavar, help=description)]
+    own, kind = inspect.signature(function).parameters, inspect.Parameter.KEYWORD_ONLY
+    parameters = [
+        inspect.Parameter(name, kind, annotation=hint, default=own[name].default if name in own else None)
+        for name, hint in hints.items()
+    ]
+    wrapped.__annotations__ = hints
+    vars(wrapped)["__signature__"] = inspect.Signature(parameters)
+    return wrapped

@@ -25,14 +25,6 @@ class ReadError(Exception):
         self.finding = found
 
 
-class NothingToWriteError(ValueError):
-    """A document has nothing that the format can say; `findings` say why."""
-
-    def __init__(self, findings: list[Finding]) -> None:
-        super().__init__("it has no material that the format can say; nothing was written")
-        self.findings = findings
-
-
 @dataclass(kw_only=True)
 class Document:
     """A document, however it is stored.

@@ -1,116 +1,134 @@
-"""The file formats that are read as, or written from, a MaterialX document, by the ending of the file's name."""
+"""The formats that there are: those of this package, and those that other packages register.
+
+The one place that names them. A format of another package is an entry point of the group `mrm_mtlx.formats` whose value
+is a `format.Format`:
+
+    [project.entry-points."mrm_mtlx.formats"]
+    sbsar = "my_package:SBSAR"
+"""
 
 from __future__ import annotations
 
-import errno
-from importlib import import_module
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.documents.document import ReadError
-from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.system.writing import FileSet
+from mrm_mtlx.documents.files import read_regular
+from mrm_mtlx.formats.format import Capability, Format
+from mrm_mtlx.system.arguments import ArgumentError
+from mrm_mtlx.system.plugins import PluginError, registered
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from mrm_mtlx.documents.document import Document
-    from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.formats.options import Option, Options
 
-    # Reads a document of MaterialX that a file of another format refers to, or raises an ReadError.
-    DocumentReader = Callable[[Path, Reach], Document]
+GROUP = "mrm_mtlx.formats"
+
+# MaterialX's own; what a file without a known ending is taken for.
+MATERIALX = Format("materialx", "MaterialX", (".mtlx",), "mrm_mtlx.formats.materialx")
+
+_OWN = (
+    MATERIALX,
+    Format("usd", "USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.formats.usd"),
+    Format("gltf", "glTF", (".gltf", ".glb"), "mrm_mtlx.formats.gltf"),
+    Format(
+        "openmaterial",
+        "OpenMATERIAL",
+        (".json",),
+        "mrm_mtlx.formats.openmaterial.translation",
+        frozenset((Capability.WRITE, Capability.COMPARE, Capability.COEFFICIENTS)),
+        ambiguous=True,
+        options="mrm_mtlx.formats.openmaterial.options:OpenMaterialOptions",
+    ),
+)
+
+# Bytes by which a format recognises its files.
+_START = 1 << 16
 
 
-class Format(NamedTuple):
-    """A format, and the module that has its `read` and `write`, which is imported where it is used.
+@cache
+def formats() -> tuple[Format, ...]:
+    """All formats: first those of this package, then those of others, by the names of their entry points.
 
-    Files of some formats may `refer` to documents of MaterialX.
+    Raises
+    ------
+    PluginError
+        If one does not load, or has the name or an ending of another.
     """
-
-    name: str
-    suffixes: tuple[str, ...]
-    module: str
-    refer: bool = False
-
-    def read(
-        self, path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader
-    ) -> Document:
-        """Read an untrusted file.
-
-        Parameters
-        ----------
-        path, reach
-            The file, and where the names in it lead.
-        library
-            Its definitions.
-        scratch
-            An existing empty folder for files that are inside of the file; it has to live as long as they are needed.
-        documents
-            Reads the documents that the file refers to.
-
-        Raises
-        ------
-        ReadError
-            If it cannot be read, for any reason that lies in the file.
-        """
-        more = (documents,) if self.refer else ()
-        read: Document = import_module(self.module).read(path, reach, library, scratch, *more)
-        return read
-
-    def write(self, source: Document, path: Path, library: DataLibrary, *, force: bool = False) -> list[Finding]:
-        """Write a document and the files beside it, all or none; return what of it the format cannot say.
-
-        Parameters
-        ----------
-        source
-            The document; files that it names are opened only within its `reach`.
-        path
-            The file; its ending is one of `suffixes`. Whatever stands there is replaced, and with it what it
-            names in its folder.
-        library
-            The document's definitions.
-        force
-            Whether files beside it may be replaced that are there already, with other content.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written, or only by `force`.
-        ReadError
-            If a file that the document names may not be copied.
-        NothingToWriteError
-            If there is nothing in the document that the format can say, with the reasons.
-        """
-        if path.exists() and not path.is_file():
-            raise OSError(errno.EINVAL, "it is not a regular file")
-        module = import_module(self.module)
-        with FileSet(path.parent, force, lambda: _named(path, module.names)) as files:
-            findings: list[Finding] = module.write(source, path, library, files)
-        return findings
+    found = list(_OWN)
+    for other in registered(GROUP, Format):
+        for known in found:
+            both = [suffix for suffix in other.suffixes if suffix in known.suffixes]
+            if other.name == known.name or (both and not (other.ambiguous and known.ambiguous)):
+                what = f"the ending {both[0]}" if both else f"the name {known.name}"
+                msg = f"two formats have {what}: {known.module} and {other.module}; remove the package of the latter"
+                raise PluginError(msg)
+        found.append(other)
+    return tuple(found)
 
 
-def _named(path: Path, names: Callable[[Path], Iterable[str]]) -> set[Path]:
-    """The files that one names that stands there already, tiles and frames included; none if it cannot be read."""
-    reach = Reach.beside(path)
-    try:
-        found = [file for name in names(path) for file in reach.members(name)] if path.is_file() else []
-    except (ReadError, OSError, ValueError):
-        return set()
-    return {file.parent.resolve() / file.name for file in found}
-
-
-DOCUMENT = Format("MaterialX", (".mtlx",), "mrm_mtlx.formats.materialx.writing")
-# Formats that are translated.
-TRANSLATED = (
-    Format("USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.formats.usd", refer=True),
-    Format("glTF", (".gltf", ".glb"), "mrm_mtlx.formats.gltf"),
-)  # fmt: skip
-# Endings of the files that a folder is searched for.
-SUFFIXES = tuple(suffix for form in (DOCUMENT, *TRANSLATED) for suffix in form.suffixes)
+def formats_that(capability: Capability) -> list[Format]:
+    """The formats with a capability."""
+    return [known for known in formats() if known.can(capability)]
 
 
 def format_of(path: Path) -> Format | None:
-    """The format that a file's ending means; None for an ending that is not known."""
-    suffix = path.suffix.lower()
-    return next((form for form in (DOCUMENT, *TRANSLATED) if suffix in form.suffixes), None)
+    """The format of a file that is there: by its ending, and by its content where other files have that ending, too.
+
+    None if that is none that is known.
+    """
+    having = _having(path)
+    if not any(known.ambiguous for known in having):
+        return having[0] if having else None
+    start = _start(path)
+    # Those of other packages are asked first: what tells our own is little.
+    return next((known for known in reversed(having) if known.recognises(start)), None)
+
+
+def format_for(path: Path) -> Format | None:
+    """The format of a file that is to be written, by its ending; None for one that is not known."""
+    return next((known for known in _having(path) if known.can(Capability.WRITE)), None)
+
+
+def suffixes(capability: Capability, *, of_folders: bool = False) -> tuple[str, ...]:
+    """Endings of the files with which something can be done; of those for which folders are searched."""
+    having = (known for known in formats_that(capability) if not (of_folders and known.ambiguous))
+    return tuple(suffix for known in having for suffix in known.suffixes)
+
+
+def declared_options() -> dict[str, tuple[Any, Option]]:
+    """The type and the words of each option that formats have, by name; of several formats, those of the first."""
+    found: dict[str, tuple[Any, Option]] = {}
+    for known in reversed(formats()):
+        found |= known.options_class.declared()
+    return found
+
+
+def options_for(owner: Format, given: Mapping[str, Any]) -> Options:
+    """The options of a format, of those that are given by name; None is not given.
+
+    Raises
+    ------
+    ArgumentError
+        If it has no such option, with the formats that have; or if it refuses a value.
+    """
+    given = {name: value for name, value in given.items() if value is not None}
+    for name in given:
+        if name not in owner.options_class.names():
+            having = [known for known in formats() if name in known.options_class.names()]
+            of = "; ".join(f"{', '.join(known.suffixes)}, {known.title}" for known in having)
+            raise ArgumentError(f"only for {of}" if of else "there is no such option", name)
+    return owner.options_class(**given)
+
+
+def _having(path: Path) -> list[Format]:
+    """The formats that have the ending of a file."""
+    return [known for known in formats() if path.suffix.lower() in known.suffixes]
+
+
+def _start(path: Path) -> bytes:
+    try:
+        return read_regular(path, _START) or b""
+    except OSError:
+        return b""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from mrm_mtlx.documents.files import Reach, shown_path
 from mrm_mtlx.findings import rules
-from mrm_mtlx.formats.registry import SUFFIXES
+from mrm_mtlx.formats.format import Capability
+from mrm_mtlx.formats.registry import suffixes
 from mrm_mtlx.validation.options import Request
 from mrm_mtlx.validation.results import DocumentResult
 
@@ -57,11 +58,12 @@ def documents_of(folder: Path, exclude: Sequence[str] = ()) -> list[Path]:
         the name of a file or folder anywhere below; one with `/` is for a path relative to the folder.
     """
     found: list[Path] = []
+    endings = suffixes(Capability.READ, of_folders=True)
     for here, folders, files in os.walk(folder):
         below = Path(here).relative_to(folder)
         folders[:] = [name for name in folders if not (_is_a_tools(name) or _matches(below / name, exclude))]
         # What is called as a document is, and is a folder, is found here and refused where it is read.
-        names = [name for name in (*folders, *files) if Path(name).suffix.lower() in SUFFIXES]
+        names = [name for name in (*folders, *files) if Path(name).suffix.lower() in endings]
         found += [Path(here, name) for name in names if not _matches(below / name, exclude)]
     return sorted(found, key=Path.as_posix)
 

@@ -79,3 +79,43 @@ def test_a_wrong_format_is_a_usage_error(mrm, metal):
     done = mrm("convert", metal, "-o", "a.json", "--to", "gltf")
     assert (done.returncode, done.stdout) == (2, "")
     assert "'gltf'" in done.stderr
+
+
+def test_a_material_is_fitted_to_a_file_by_its_content(here):
+    """R_A and its angles are the file's, those of the options where it states none."""
+    of_a_lab = {"retroreflectivityData": {"coefficientOfRetroreflection": 250, "sources": "a lab"}}
+    Path("sign.json").write_text(json.dumps({"name": "sign", "optical": of_a_lab}))
+    for options, angles in (((), "0.2 and -4"), (("--observation", 0.5, "--entrance", 5), "0.5 and 5")):
+        done = here("sign.json", "sign.mtlx", *options)
+        assert (done.exit_code, done.stdout) == (0, "")
+        first, _, last = done.stderr.splitlines()
+        assert f"warning INTERCHANGE_LOST: the file says no more of the material than R_A, 250 at {angles} deg" in first
+        assert last == "wrote sign.mtlx"
+        assert here("sign.mtlx", "--compare", "sign.json", *options).exit_code == 0
+    stated = {"coefficientOfRetroreflection": 250, "sources": "observation angle 0.5 deg, entrance angle 5 deg"}
+    Path("stated.json").write_text(json.dumps({"retroreflectivityData": stated}))
+    assert here("stated.json", "stated.mtlx").exit_code == 0
+    comments = (Path(name).read_text().partition("<nodegraph")[0] for name in ("stated.mtlx", "sign.mtlx"))
+    assert len(set(comments)) == 1
+    # Any format can be written of it.
+    assert here("sign.json", "sign.usda", *options).exit_code == 0
+    assert here("sign.usda", "--compare", "sign.json", *options).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('{"a": 1', "no JSON: Expecting"),
+        ("{}", "it has no retroreflectivityData"),
+        ('{"retroreflectivityData": {"coefficientOfRetroreflection": 0, "sources": ""}}', "its R_A is 0"),
+        ('{"retroreflectivityData": {"coefficientOfRetroreflection": 5001, "sources": ""}}', "expected 0 to 5000"),
+    ],
+    ids=["text", "block", "zero", "range"],
+)
+def test_a_file_that_no_material_can_be_fitted_to_is_a_finding(here, content, message):
+    Path("sign.json").write_text(content)
+    done = here("sign.json", "sign.mtlx")
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert done.stderr.startswith("error READ_FORMAT")
+    assert message in done.stderr
+    assert not Path("sign.mtlx").exists()

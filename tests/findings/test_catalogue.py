@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from mrm_mtlx.documents.document import NothingToWriteError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import pages, rules
 from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.findings.source_location import SourceLocation
+from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.reading import read_document
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.validation.runner import validate
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def findings(request, check, settings, library, tmp_path) -> Callable[[str, Path
     def of(code: str, path: Path) -> list[Finding]:
         if code in WRITTEN:
             read = read_document(path, Reach.beside(path), library, tmp_path)
-            form = format_of(tmp_path / "written.glb")
+            form = format_for(tmp_path / "written.glb")
             try:
                 return [read.in_source(found) for found in form.write(read, tmp_path / "written.glb", library)]
             except NothingToWriteError as error:

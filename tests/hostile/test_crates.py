@@ -7,7 +7,6 @@ import os
 import struct
 import subprocess
 import sys
-from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from pxr import Gf, Sdf, Vt
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.formats.reading import read_reference
 from mrm_mtlx.formats.usd import read
 from mrm_mtlx.formats.usd.opening import crate_packing, crate_values, layers
 from mrm_mtlx.formats.usd.opening.crate_packing import summed, unpacked
@@ -231,7 +229,7 @@ def test_a_value_of_a_type_that_no_attribute_has_is_refused(crate, library, tmp_
     path = tmp_path / "s.usdc"
     path.write_bytes(data)
     with pytest.raises(ReadError) as caught:
-        read(path, Reach.beside(path), library, tmp_path, partial(read_reference, library))
+        read(path, Reach.beside(path), library, tmp_path)
     assert caught.value.finding.code == "READ_FORMAT"
     assert "a value of a type that none can have" in caught.value.finding.message
 

@@ -19,7 +19,7 @@ from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError, refuse_excess
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import as_read, read_image, read_stored, stored_bytes, write_image
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.system.console import silenced
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def test_converting_to_gltf_took_more_memory_than_there_is(make_document, four_i
     )
     source = Document(materialx=make_document(material), path=four_images, reach=Reach.beside(four_images))
     path = four_images.with_name("a.glb")
-    lost = {finding.location: finding.message for finding in format_of(path).write(source, path, library)}
+    lost = {finding.location: finding.message for finding in format_for(path).write(source, path, library)}
     assert lost["/m/emissive"].startswith("it has images that take")
     assert lost["/m"].startswith("it was written and not compared: it has images that take")
 

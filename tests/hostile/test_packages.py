@@ -6,7 +6,6 @@ import contextlib
 import random
 import struct
 import zipfile
-from functools import partial
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ import pytest
 from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import write_image
-from mrm_mtlx.formats.reading import read_reference
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.formats.usd import read
 from mrm_mtlx.formats.usd.opening import packages
 from mrm_mtlx.validation.document import check_document
@@ -48,7 +46,7 @@ def refused(library, tmp_path):
         scratch = tmp_path / "unpacked"
         scratch.mkdir()
         with pytest.raises(ReadError) as caught:
-            read(path, Reach.beside(path), library, scratch, partial(read_reference, library))
+            read(path, Reach.beside(path), library, scratch)
         assert caught.value.finding.code == "READ_FORMAT"
         assert str(path.parent) not in caught.value.finding.message
         return caught.value.finding.message
@@ -152,7 +150,7 @@ def test_a_package_that_does_not_begin_with_a_layer_is_refused(place, refused, f
 def test_text_in_a_package_that_is_nested_too_deeply_is_refused(package, library, tmp_path):
     path = package(**{"s.usda": LAYER + 'def "a" {\n' * 100_000})
     with pytest.raises(ReadError) as caught:
-        read(path, Reach.beside(path), library, tmp_path / "outside", partial(read_reference, library))
+        read(path, Reach.beside(path), library, tmp_path / "outside")
     assert caught.value.finding.code == "READ_TOO_DEEP"
 
 
@@ -198,7 +196,7 @@ def test_names_beyond_ascii_were_read_as_those_of_another_code_page(library, tmp
     lobe = f'<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{color}</oren_nayar_diffuse_bsdf>'
     source = Document(materialx=surface_document(image + lobe), path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
     path = tmp_path / "na\u00efve.usdz"
-    format_of(path).write(source, path, library)
+    format_for(path).write(source, path, library)
     (tmp_path / "tex" / "\u00e4.png").unlink()
     with zipfile.ZipFile(path) as found:
         assert found.namelist() == ["na\u00efve.usdc", "na\u00efve/tex/\u00e4.png"]
@@ -209,5 +207,5 @@ def test_names_beyond_ascii_were_read_as_those_of_another_code_page(library, tmp
             struct.pack_into("<H", unflagged, start + at, 0)
     path.write_bytes(unflagged)
     (tmp_path / "scratch").mkdir()
-    again = read(path, Reach.beside(path), library, tmp_path / "scratch", partial(read_reference, library))
+    again = read(path, Reach.beside(path), library, tmp_path / "scratch")
     assert again.reach.regular(again.materialx.getNode("i").getInput("file").getValueString()) is not None

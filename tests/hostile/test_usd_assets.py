@@ -8,14 +8,12 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from functools import partial
 
 import pytest
 from pxr import Sdf
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.formats.reading import read_reference
 from mrm_mtlx.formats.usd import read
 from mrm_mtlx.formats.usd.opening.stage import open_stage
 
@@ -53,7 +51,7 @@ def opened(library, tmp_path):
         scratch = tmp_path / "scratch"
         shutil.rmtree(scratch, ignore_errors=True)
         scratch.mkdir()
-        return read(path, Reach.beside(path), library, scratch, partial(read_reference, library))
+        return read(path, Reach.beside(path), library, scratch)
 
     return run
 
@@ -199,7 +197,7 @@ def test_offsets_of_sublayers_stay(place, library):
     empty = place.folder.parent / "empty"
     empty.mkdir()
     path = place.write("s.usda", text)
-    stage = open_stage(path, Reach.only(place.folder), empty, library, partial(read_reference, library)).stage
+    stage = open_stage(path, Reach.only(place.folder), empty, library).stage
     layer = stage.GetRootLayer()
     assert [offset.offset for offset in layer.subLayerOffsets] == [5.0, 100.0]
 
@@ -209,6 +207,6 @@ def test_clips_inside_the_folder_are_not_left_to_usd_either(place, library, tmp_
     place.write("clip.usda", HEAD)
     path = place.write("s.usda", ARCS["clips"].format("./clip.usda"))
     (tmp_path / "empty").mkdir()
-    opened = open_stage(path, Reach.only(place.folder), tmp_path / "empty", library, partial(read_reference, library))
+    opened = open_stage(path, Reach.only(place.folder), tmp_path / "empty", library)
     assert [finding.code for finding in opened.findings] == ["INTERCHANGE_LOST"]
     assert not opened.stage.GetPrimAtPath("/a").HasAuthoredMetadata("clips")

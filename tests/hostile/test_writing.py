@@ -18,7 +18,7 @@ import pytest
 from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image, write_image
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.system.writing import FileSet, replacing
 from mrm_mtlx.validation.file_checks import check_files
 
@@ -109,9 +109,9 @@ def test_a_document_on_a_full_disk_replaced_a_good_one(good, surface_document, l
     document = surface_document('<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"/>')
     path, source = good(name), Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
     with full_after(ROOM), pytest.raises(OSError):  # noqa: PT011
-        format_of(path).write(source, path, library)
+        format_for(path).write(source, path, library)
     assert_untouched(path)
-    format_of(path).write(source, path, library)
+    format_for(path).write(source, path, library)
     assert path.stat().st_size > ROOM
 
 
@@ -204,7 +204,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def write_to(project: Document, path: Path, library, **how: bool) -> None:
-    format_of(path).write(project, path, library, **how)
+    format_for(path).write(project, path, library, **how)
 
 
 def test_converting_overwrote_a_picture_of_the_user_without_a_word(project, library, tmp_path):

@@ -121,7 +121,7 @@ def _write_converted(folder: Path) -> None:
 
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.formats.reading import read_document
-    from mrm_mtlx.formats.registry import format_of
+    from mrm_mtlx.formats.registry import format_for
     from mrm_mtlx.library import load_library
 
     library = load_library()
@@ -133,7 +133,7 @@ def _write_converted(folder: Path) -> None:
             imported = read_document(path, Reach.beside(path), library, work)
             for suffix in (".usda", ".usdc", ".usdz", ".gltf", ".glb"):
                 written = work / f"w{suffix}"
-                form = format_of(written)
+                form = format_for(written)
                 assert form is not None
                 try:
                     form.write(imported, written, library)

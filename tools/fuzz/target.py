@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
 
-from mrm_mtlx.documents.document import Document, NothingToWriteError, ReadError
+from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
+from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.reading import read_document
-from mrm_mtlx.formats.registry import DOCUMENT, format_of
+from mrm_mtlx.formats.registry import MATERIALX, format_for, format_of
 from mrm_mtlx.library import load_library
 from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
@@ -155,7 +156,7 @@ def _document(path: Path, scratch: Path, rng: Random) -> Verdict:
 def _refused(path: Path, imported: Document) -> str:
     """Why MaterialX itself refuses a document, "" if it does not."""
     document = imported.materialx
-    if format_of(path) is DOCUMENT:
+    if format_of(path) is MATERIALX:
         document = mx.createDocument()
         try:
             mx.readFromXmlFile(document, str(path), mx.FileSearchPath(str(path.parent)))
@@ -180,7 +181,7 @@ def _more(imported: Document, scratch: Path, rng: Random) -> None:
 
 
 def _convert(imported: Document, path: Path) -> None:
-    form = format_of(path)
+    form = format_for(path)
     assert form is not None
     try:
         form.write(imported, path, load_library())
@@ -223,13 +224,13 @@ def _pictured(path: Path, scratch: Path, rng: Random) -> Verdict:
 def _measured(path: Path) -> Verdict:
     """Measured data, and the samples that a fit would take of them."""
     from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
-    from mrm_mtlx.formats import openmaterial
+    from mrm_mtlx.formats.openmaterial import block
     from mrm_mtlx.measured import Measurement
     from mrm_mtlx.measured.any_format import read
 
     try:
         if path.suffix == ".json":
-            openmaterial.read(path)
+            block.load(path)
             return Verdict(Outcome.CLEAN)
         found = read(path)
         if isinstance(found, Measurement):

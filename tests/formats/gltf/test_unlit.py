@@ -7,10 +7,11 @@ import json
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Document, NothingToWriteError
+from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import srgb_decoded
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.format import NothingToWriteError
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.options import Request
 
@@ -94,7 +95,7 @@ def test_an_unlit_material_is_written_back(asset, read, library, surface_of, poi
     material, opacity = MODES[mode]
     out = tmp_path / "out" / "again.gltf"
     out.parent.mkdir()
-    assert format_of(out).write(read(asset(**material)), out, library) == []
+    assert format_for(out).write(read(asset(**material)), out, library) == []
     data = json.loads(out.read_text(encoding="utf-8"))
     (written,) = data["materials"]
     assert (written["extensions"], data["extensionsUsed"]) == (UNLIT, list(UNLIT))
@@ -108,7 +109,7 @@ def test_what_is_written_of_an_unlit_material_is_its_colour_times_its_strength(m
     document = make_document(unlit(inputs + 'value="1, 0.5, 0.25"/>'), attributes='colorspace="lin_rec709"')
     path = tmp_path / "a.gltf"
     assert (
-        format_of(path).write(
+        format_for(path).write(
             Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path)), path, library
         )
         == []
@@ -151,7 +152,7 @@ def test_an_unlit_surface_that_gltf_cannot_say_is_named(make_document, library, 
         materialx=make_document(unlit(inputs, VARYING)), path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path)
     )
     with pytest.raises(NothingToWriteError) as caught:
-        format_of(path).write(source, path, library)
+        format_for(path).write(source, path, library)
     (finding,) = caught.value.findings
     assert (finding.code, finding.location) == ("INTERCHANGE_LEFT_OUT", "/m")
     assert reason in finding.message

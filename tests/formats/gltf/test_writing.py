@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrm_mtlx.documents.document import Document, NothingToWriteError
+from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.gltf import schema
 from mrm_mtlx.formats.gltf.exporter import closures, comparison, slots
 from mrm_mtlx.formats.gltf.importer.container import open_container
-from mrm_mtlx.formats.registry import format_of
+from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.reference import UnsupportedError
 
-GLTF = format_of(Path("a.gltf"))
+GLTF = format_for(Path("a.gltf"))
 TEXELS = np.array([[[230, 110, 60], [90, 140, 200]], [[40, 180, 100], [150, 70, 240]]])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +12,8 @@ import pytest
 from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
-from mrm_mtlx.formats.reading import read_document, read_reference
-from mrm_mtlx.formats.registry import DOCUMENT, format_of
+from mrm_mtlx.formats.reading import read_document
+from mrm_mtlx.formats.registry import MATERIALX, format_for
 from mrm_mtlx.formats.usd import read
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
@@ -56,7 +55,7 @@ def stage_of(library: DataLibrary, tmp_path: Path, usda: Callable[..., Path]) ->
 
     def run(prims: str | Path) -> Document:
         path = usda(prims) if isinstance(prims, str) else prims
-        return read(path, Reach.beside(path), library, _scratch(tmp_path), partial(read_reference, library))
+        return read(path, Reach.beside(path), library, _scratch(tmp_path))
 
     return run
 
@@ -69,7 +68,7 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
         source = document
         if not isinstance(document, Document):
             source = Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
-        findings = format_of(tmp_path / name).write(source, tmp_path / name, library)
+        findings = format_for(tmp_path / name).write(source, tmp_path / name, library)
         if lost is None:
             assert findings == []
         else:
@@ -87,8 +86,8 @@ def round_trip(
 
     def run(source: Document) -> Document:
         there, back = tmp_path / "there.usda", tmp_path / "back.mtlx"
-        format_of(there).write(source, there, library)
-        DOCUMENT.write(stage_of(there), back, library)
+        format_for(there).write(source, there, library)
+        MATERIALX.write(stage_of(there), back, library)
         return imported(tmp_path / "back.mtlx")
 
     return run

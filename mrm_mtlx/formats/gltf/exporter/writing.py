@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
-from mrm_mtlx.documents.document import NothingToWriteError
 from mrm_mtlx.documents.document_images import ImagesTooLargeError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
+from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.gltf.exporter import comparison
 from mrm_mtlx.formats.gltf.exporter.asset import Asset
 from mrm_mtlx.formats.gltf.exporter.interfaces import resolved
@@ -45,7 +45,7 @@ def names(path: Path) -> list[str]:
 
 
 def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
-    """Write a document as .gltf or .glb, into a set of files; see `formats.registry`.
+    """Write a document as .gltf or .glb, into a set of files; see `formats.format`.
 
     A material that glTF cannot say is left out. What was written is read back, and how far it is from the document is
     a found where it is more than rounding.

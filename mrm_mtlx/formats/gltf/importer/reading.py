@@ -41,7 +41,7 @@ _FAINT = 0.08
 
 
 def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:
-    """The materials of a .gltf or .glb as a document; see `formats.registry`.
+    """The materials of a .gltf or .glb as a document; see `formats.format`.
 
     A material that breaks glTF's rules is left out; what MaterialX cannot say is left out of its material. Both are
     findings, with JSON pointers as places.

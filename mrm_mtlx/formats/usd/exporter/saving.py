@@ -30,7 +30,7 @@ _EXTRA_ID = 0x1986
 
 
 def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
-    """Write the materials of a document as `path`, into a set of files; see `formats.registry`."""
+    """Write the materials of a document as `path`, into a set of files; see `formats.format`."""
     del library  # the document's own is set
     if path.suffix.lower() == ".usdz":
         return _package(source, path.stem, files.named(path))

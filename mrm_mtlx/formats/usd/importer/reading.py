@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.formats.registry import DocumentReader
     from mrm_mtlx.formats.usd.opening.stage import Stage
     from mrm_mtlx.library import DataLibrary
 
@@ -34,10 +33,10 @@ _NO_VALUE = "No to_python"
 MAXIMUM_VARIANTS = 64
 
 
-def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Document:
-    """Read the materials of a stage that have a MaterialX network; see `formats.registry`."""
+def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:
+    """Read the materials of a stage that have a MaterialX network; see `formats.format`."""
     try:
-        return _read(path, reach, library, scratch, documents)
+        return _read(path, reach, library, scratch)
     except UnicodeDecodeError as error:
         message = f"a text in {path.name} is not UTF-8: byte 0x{error.object[error.start]:02x}"
         raise ReadError(rules.READ_ENCODING.at("", message)) from error
@@ -50,8 +49,8 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, document
         raise ReadError(rules.READ_FORMAT.at("", message)) from error
 
 
-def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path, documents: DocumentReader) -> Document:
-    opened = open_stage(path, reach, scratch, library, documents)
+def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:
+    opened = open_stage(path, reach, scratch, library)
     stage, findings = opened.stage, opened.findings
     assets = Assets(opened)
     translation = Translation(_document(stage, library), library, assets.name)

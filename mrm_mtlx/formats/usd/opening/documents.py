@@ -9,6 +9,7 @@ from pxr import Sdf, Tf, Usd, UsdShade
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.findings import rules
+from mrm_mtlx.formats.materialx.importer import read_xml
 from mrm_mtlx.formats.usd.exporter.writing import write_materials
 from mrm_mtlx.formats.usd.prims import TERMINALS
 from mrm_mtlx.formats.usd.texts import said
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.formats.registry import DocumentReader
     from mrm_mtlx.library import DataLibrary
 
 SUFFIX = ".mtlx"
@@ -30,7 +30,7 @@ MATERIALS = ROOT.AppendChild("Materials")
 
 
 def open_document(
-    path: Path, reach: Reach, read: DocumentReader, library: DataLibrary, named: Callable[[str], str]
+    path: Path, reach: Reach, library: DataLibrary, named: Callable[[str], str]
 ) -> tuple[Sdf.Layer, list[Finding]]:
     """A document as a layer without a file, in which names of files are absolute paths, and what was lost on the way.
 
@@ -38,8 +38,6 @@ def open_document(
     ----------
     path, reach
         The document, and where the names of files in it lead.
-    read
-        Reads it.
     library
         Its definitions.
     named
@@ -52,7 +50,7 @@ def open_document(
     ValueError
         If there is nothing to render, or too much.
     """
-    document = read(path, reach)
+    document = read_xml(path, reach, library)
     problem = _problem(document.materialx)
     if problem:
         raise ReadError(rules.DOC_INVALID.at("", problem))

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.formats.registry import DocumentReader
     from mrm_mtlx.library import DataLibrary
 
 MAXIMUM_LAYERS = 1024
@@ -98,7 +97,7 @@ class Stage:
                 yield _UNRESOLVED, place, f"Found unresolvable external dependency '{name}'."
 
 
-def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary, documents: DocumentReader) -> Stage:
+def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary) -> Stage:
     """Open a stage, all of whose files lie within reach.
 
     Parameters
@@ -107,15 +106,15 @@ def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary, do
         Its file, and where names of files lead.
     scratch
         Packages are unpacked there.
-    library, documents
-        The definitions, and what reads documents of MaterialX that are referred to.
+    library
+        The definitions.
 
     Raises
     ------
     ReadError
         If a file of it cannot be read or lies outside, or if it is too large.
     """
-    scan = _Scan(path.resolve(), reach, scratch.resolve(), library, documents)
+    scan = _Scan(path.resolve(), reach, scratch.resolve(), library)
     with silenced():
         layer = scan.run()
         try:
@@ -136,11 +135,9 @@ class _Origin:
 class _Scan:
     """The layers of a stage, each read once; their names are the absolute paths of their files."""
 
-    def __init__(
-        self, path: Path, reach: Reach, scratch: Path, library: DataLibrary, documents: DocumentReader
-    ) -> None:
+    def __init__(self, path: Path, reach: Reach, scratch: Path, library: DataLibrary) -> None:
         self._path, self._reach, self.scratch = path, reach.at(path.parent), scratch
-        self._library, self._read_document = library, documents
+        self._library = library
         self._documents: dict[str, str] = {}
         self._layers: dict[str, Layer] = {}
         self.origins: dict[str, _Origin] = {}
@@ -280,7 +277,7 @@ class _Scan:
             return self._asset(found, path, place)
 
         try:
-            layer, findings = open_document(found.file, reach, self._read_document, self._library, named)
+            layer, findings = open_document(found.file, reach, self._library, named)
         except ReadError as error:
             where = f"{error.finding.location}: " if error.finding.location else ""
             message = f"the document '{name}' is wrong: {where}{error.finding.message}; check it by itself"

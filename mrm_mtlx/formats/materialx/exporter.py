@@ -1,4 +1,4 @@
-"""Writing a document as MaterialX's own XML. Reading one is `formats.reading`, which checks it on the way."""
+"""A document as MaterialX's own XML, with the files that it names."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
 def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
-    """Write a document without its data library, into a set of files; see `formats.registry`.
+    """Write a document without its data library, into a set of files; see `formats.format`.
 
     Names of files are those of `name_beside`.
     """

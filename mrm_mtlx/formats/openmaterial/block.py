@@ -1,4 +1,4 @@
-"""The block `retroreflectivityData` of ASAM OpenMATERIAL 3D 1.0.0, and the R_A of a document in it.
+"""The block `retroreflectivityData` of ASAM OpenMATERIAL 3D 1.0.0 in a file of JSON.
 
 The block has one number for all of a material's retroreflection, "in the visible light spectrum":
 
@@ -17,20 +17,14 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from mrm_mtlx import __version__
 from mrm_mtlx.formats import json_text
 from mrm_mtlx.formats.json_text import kind
-from mrm_mtlx.photometry import coefficient, luminance
 from mrm_mtlx.system.text import printable, shown
-from mrm_mtlx.system.writing import replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from mrm_mtlx.photometry.coefficients import Brdf
 
 BLOCK = "retroreflectivityData"
 COEFFICIENT, SOURCES = "coefficientOfRetroreflection", "sources"
@@ -40,8 +34,6 @@ SMALLEST, LARGEST = 0.0, 5000.0
 MAXIMUM_BYTES = 16 * 2**20
 # Objects within objects that are read; those of a material are a handful.
 MAXIMUM_DEPTH = 100
-# Digits of the coefficient that is written.
-DIGITS = 6
 
 _NUMBER = r"([-+]?\d+(?:\.\d+)?)"
 _OBSERVATION = re.compile(rf"\bobservation angle {_NUMBER} deg\b")
@@ -90,45 +82,7 @@ class OpenMaterialFile(NamedTuple):
     block: RetroreflectivityData | None
 
 
-def r_a(brdf: Brdf, geometry: Geometry = Geometry()) -> float:  # noqa: B008  a tuple of numbers
-    """R_A of a BRDF under illuminant A, photopic [cd/(lx m^2)]."""
-    angles = np.deg2rad(geometry)
-    return float(luminance(coefficient(brdf, *angles)))
-
-
-def of_brdf(brdf: Brdf, name: str, geometry: Geometry = Geometry()) -> RetroreflectivityData:  # noqa: B008
-    """The block of a document's surface.
-
-    Parameters
-    ----------
-    brdf
-        See `photometry.document_brdf`.
-    name
-        Of the document, for the sources.
-    geometry
-        Where R_A is taken.
-
-    Raises
-    ------
-    ValueError
-        If R_A is beyond what the block may hold.
-    """
-    value = float(f"{r_a(brdf, geometry):.{DIGITS}g}")
-    angles = f"observation angle {geometry.observation_deg:g} deg, entrance angle {geometry.entrance_deg:g} deg"
-    if not SMALLEST <= value <= LARGEST:
-        msg = f"R_A is {value:g} cd/(lx m^2) at {angles}; {BLOCK} may hold {SMALLEST:g} to {LARGEST:g}"
-        raise ValueError(msg)
-    sources = (
-        f"computed from the MaterialX document {_plain(name)}",
-        f"by mrm-mtlx {__version__}",
-        angles,
-        "coplanar goniometer geometry (beta2 0 deg; epsilon 0 deg) with point apertures",
-        "CIE illuminant A with photopic weighting of the linear Rec.709 colours (spectra of Mallett and Yuksel 2019)",
-    )
-    return RetroreflectivityData(value, ", ".join(sources))
-
-
-def read(path: Path) -> OpenMaterialFile:
+def load(path: Path) -> OpenMaterialFile:
     """Read an untrusted file.
 
     Raises
@@ -175,20 +129,13 @@ def merged(file: OpenMaterialFile | None, block: RetroreflectivityData, at: str 
     return data
 
 
-def write(data: dict[str, Any], path: Path) -> None:
-    """Write a file whole or not at all, as UTF-8.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+def as_json(data: dict[str, Any]) -> bytes:
+    """The content of a file, as UTF-8."""
     try:
         text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False).encode()
     except UnicodeEncodeError:  # half of a surrogate pair has an escape in JSON, and nothing in UTF-8
         text = json.dumps(data, indent=2, allow_nan=False).encode()
-    with replacing(path) as unfinished:
-        unfinished.write_bytes(text + b"\n")
+    return text + b"\n"
 
 
 def _parse(path: Path) -> dict[str, Any]:
@@ -257,8 +204,3 @@ def _object_at(data: dict[str, Any], pointer: str) -> dict[str, Any]:
         msg = f"there is no object at {shown(pointer)}; expected a JSON pointer to one, as /parent"
         raise ValueError(msg)
     return value
-
-
-def _plain(text: str) -> str:
-    """Text without what separates sources, and without control characters."""
-    return printable(text.replace(",", ";"))

@@ -9,8 +9,18 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf import Lambert
-from mrm_mtlx.formats import openmaterial
-from mrm_mtlx.formats.openmaterial import BLOCK, COEFFICIENT, SOURCES, Geometry, RetroreflectivityData
+from mrm_mtlx.formats.openmaterial import block as block_module
+from mrm_mtlx.formats.openmaterial.block import (
+    BLOCK,
+    COEFFICIENT,
+    SOURCES,
+    Geometry,
+    RetroreflectivityData,
+    as_json,
+    load,
+    merged,
+)
+from mrm_mtlx.formats.openmaterial.translation import of_brdf
 
 MATERIAL = {"name": "sign", "parts": [{"layer/1": {BLOCK: {COEFFICIENT: 70.5, SOURCES: "lab A, 2024"}}}], "more": None}
 PLACE = f"/parts/0/layer~11/{BLOCK}"
@@ -34,7 +44,7 @@ def saved(tmp_path):
 
 
 def test_the_block_has_the_documents_coefficient_and_says_where_it_was_taken():
-    block = openmaterial.of_brdf(Lambert(1.0).eval, "a, b\n.mtlx", Geometry(0.0, 0.0))
+    block = of_brdf(Lambert(1.0).eval, "a, b\n.mtlx", Geometry(0.0, 0.0))
     assert block.coefficient == 0.31831  # 1 / pi, to the six digits that are written
     assert block.geometry == Geometry(0.0, 0.0)
     parts = block.sources.split(", ")
@@ -48,24 +58,24 @@ def test_the_block_has_the_documents_coefficient_and_says_where_it_was_taken():
 
 @pytest.mark.parametrize("r_a", [5000.01, 1e9])
 def test_a_coefficient_beyond_the_standards_range_is_not_written(r_a):
-    assert openmaterial.of_brdf(sheeting(4999.9), "a").coefficient == pytest.approx(4999.9)
+    assert of_brdf(sheeting(4999.9), "a").coefficient == pytest.approx(4999.9)
     with pytest.raises(ValueError, match=r"may hold 0 to 5000"):
-        openmaterial.of_brdf(sheeting(r_a), "a")
+        of_brdf(sheeting(r_a), "a")
 
 
 def test_what_is_written_is_read_back(tmp_path):
-    block = openmaterial.of_brdf(sheeting(123.4567), "sign.mtlx", Geometry(0.33, 5.0))
-    openmaterial.write(openmaterial.merged(None, block), tmp_path / "new.json")
-    found = openmaterial.read(tmp_path / "new.json")
+    block = of_brdf(sheeting(123.4567), "sign.mtlx", Geometry(0.33, 5.0))
+    (tmp_path / "new.json").write_bytes(as_json(merged(None, block)))
+    found = load(tmp_path / "new.json")
     assert (found.block, found.place, list(found.data)) == (block, f"/{BLOCK}", [BLOCK])
     assert found.block.geometry == Geometry(0.33, 5.0)
 
 
 def test_a_block_is_found_and_replaced_where_it_stands_and_all_else_stays(saved):
-    file = openmaterial.read(saved(MATERIAL))
+    file = load(saved(MATERIAL))
     assert (file.place, file.block) == (PLACE, RetroreflectivityData(70.5, "lab A, 2024"))
     assert file.block.geometry is None
-    data = openmaterial.merged(file, RetroreflectivityData(80.0, "ours"))
+    data = merged(file, RetroreflectivityData(80.0, "ours"))
     expected = json.loads(json.dumps(MATERIAL).replace("70.5", "80.0").replace("lab A, 2024", "ours"))
     assert json.dumps(data) == json.dumps(expected)  # the order as well
     assert file.data == MATERIAL
@@ -73,18 +83,18 @@ def test_a_block_is_found_and_replaced_where_it_stands_and_all_else_stays(saved)
 
 def test_what_a_block_holds_besides_is_kept(saved):
     content = {BLOCK: {"note": [1, 2], COEFFICIENT: 1, SOURCES: ""}}
-    data = openmaterial.merged(openmaterial.read(saved(content)), RetroreflectivityData(2.0, "ours"))
+    data = merged(load(saved(content)), RetroreflectivityData(2.0, "ours"))
     assert data == {BLOCK: {"note": [1, 2], COEFFICIENT: 2.0, SOURCES: "ours"}}
 
 
 def test_a_new_block_goes_where_it_is_told(saved):
     block = RetroreflectivityData(2.0, "ours")
-    file = openmaterial.read(saved({"a": [{"~": {}}], "é": 1.5}))
-    assert openmaterial.merged(file, block) == {"a": [{"~": {}}], "é": 1.5, BLOCK: {COEFFICIENT: 2.0, SOURCES: "ours"}}
-    assert openmaterial.merged(file, block, "/a/0/~0")["a"][0]["~"] == {BLOCK: {COEFFICIENT: 2.0, SOURCES: "ours"}}
+    file = load(saved({"a": [{"~": {}}], "é": 1.5}))
+    assert merged(file, block) == {"a": [{"~": {}}], "é": 1.5, BLOCK: {COEFFICIENT: 2.0, SOURCES: "ours"}}
+    assert merged(file, block, "/a/0/~0")["a"][0]["~"] == {BLOCK: {COEFFICIENT: 2.0, SOURCES: "ours"}}
     for pointer in ("/b", "/a", "/a/1", "/a/0/x", "a", "/é", "/a/-1", "/a/" + "9" * 5000):
         with pytest.raises(ValueError, match="there is no object at"):
-            openmaterial.merged(file, block, pointer)
+            merged(file, block, pointer)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +152,7 @@ def block(coefficient="1", sources='"lab"'):
 )
 def test_a_broken_file_gives_one_line_with_its_place(saved, content, message):
     with pytest.raises(ValueError, match=r"^material\.json: ") as caught:
-        openmaterial.read(saved(content))
+        load(saved(content))
     text = str(caught.value)
     assert message in text
     assert text.isprintable()
@@ -152,7 +162,7 @@ def test_a_broken_file_gives_one_line_with_its_place(saved, content, message):
 def test_names_of_a_file_cannot_drive_the_terminal_nor_fill_it(saved):
     name = "\x1b[31m" + "x" * 10_000
     with pytest.raises(ValueError, match="expected an object") as caught:
-        openmaterial.read(saved({name: {BLOCK: 1}}))
+        load(saved({name: {BLOCK: 1}}))
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) < 300
 
@@ -161,19 +171,19 @@ def test_only_regular_files_of_bounded_size_are_read(tmp_path, monkeypatch, save
     os.mkfifo(tmp_path / "pipe.json")
     for path in (tmp_path, tmp_path / "absent.json", tmp_path / "pipe.json"):
         with pytest.raises(ValueError, match="does not exist, or is not a regular file"):
-            openmaterial.read(path)
+            load(path)
     path = saved(MATERIAL)
-    monkeypatch.setattr(openmaterial, "MAXIMUM_BYTES", path.stat().st_size)
-    openmaterial.read(path)
-    monkeypatch.setattr(openmaterial, "MAXIMUM_BYTES", path.stat().st_size - 1)
+    monkeypatch.setattr(block_module, "MAXIMUM_BYTES", path.stat().st_size)
+    load(path)
+    monkeypatch.setattr(block_module, "MAXIMUM_BYTES", path.stat().st_size - 1)
     with pytest.raises(ValueError, match="larger than"):
-        openmaterial.read(path)
+        load(path)
 
 
 def test_half_of_a_surrogate_pair_survives(saved, tmp_path):
-    file = openmaterial.read(saved(b'{"a": "\\ud800", "b": "\xc3\xa9"}'))
-    openmaterial.write(openmaterial.merged(file, RetroreflectivityData(1.0, "")), tmp_path / "new.json")
-    assert openmaterial.read(tmp_path / "new.json").data | {BLOCK: 0} == {"a": "\ud800", "b": "é", BLOCK: 0}
+    file = load(saved(b'{"a": "\\ud800", "b": "\xc3\xa9"}'))
+    (tmp_path / "new.json").write_bytes(as_json(merged(file, RetroreflectivityData(1.0, ""))))
+    assert load(tmp_path / "new.json").data | {BLOCK: 0} == {"a": "\ud800", "b": "é", BLOCK: 0}
 
 
 def test_a_name_that_stands_twice_among_many_is_found_at_once(tmp_path):
@@ -182,4 +192,4 @@ def test_a_name_that_stands_twice_among_many_is_found_at_once(tmp_path):
     path = tmp_path / "material.json"
     path.write_text(f'{{{names}, "twice": 1, "twice": 2}}', encoding="utf-8")
     with pytest.raises(ValueError, match="twice"):
-        openmaterial.read(path)
+        load(path)
