@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import math
 from collections import Counter
 from typing import Any
 
+from mrm_mtlx.documents.text_positions import Position, TextPositions
 from mrm_mtlx.system.text import shown
 
 # Digits of a whole number: any with as many is one that a double can hold, and so becomes no error later.
 _LONGEST_NUMBER = 308
+
+
+class JsonError(ValueError):
+    """A text is not the JSON that is expected; `position` says where, or is None."""
+
+    def __init__(self, message: str, position: Position | None = None) -> None:
+        super().__init__(message)
+        self.position = position
 
 
 def parse(content: bytes) -> dict[str, Any]:
@@ -18,26 +28,27 @@ def parse(content: bytes) -> dict[str, Any]:
 
     Raises
     ------
-    ValueError
+    JsonError
         With the place, if it is no UTF-8, no JSON object of finite numbers, or says a name of an object twice.
     RecursionError
         If it is nested more deeply than Python follows, some hundred levels.
     """
+    content = content.removeprefix(codecs.BOM_UTF8)
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         msg = f"byte {error.start} is not UTF-8; expected a JSON file"
-        raise ValueError(msg) from None
+        raise JsonError(msg, TextPositions(content).at(error.start)) from None
     try:
         data = json.loads(
             text, object_pairs_hook=_object, parse_constant=_constant, parse_float=_finite, parse_int=_whole
         )
     except json.JSONDecodeError as error:
         msg = f"line {error.lineno}, column {error.colno}: no JSON: {error.msg}"
-        raise ValueError(msg) from None
+        raise JsonError(msg, Position(error.lineno, error.colno)) from None
     if not isinstance(data, dict):
         msg = f"it holds {kind(data)}; expected a JSON object"
-        raise ValueError(msg)
+        raise JsonError(msg)
     return data
 
 
@@ -57,24 +68,24 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) < len(pairs):
         twice = next(name for name, times in Counter(name for name, _ in pairs).items() if times > 1)
         msg = f"the name {shown(twice)} stands twice in one object"
-        raise ValueError(msg)
+        raise JsonError(msg)
     return found
 
 
 def _constant(word: str) -> float:
     msg = f"{word} is no JSON number"
-    raise ValueError(msg)
+    raise JsonError(msg)
 
 
 def _whole(word: str) -> int:
     if len(word.removeprefix("-")) > _LONGEST_NUMBER:
         msg = f"a number has more than {_LONGEST_NUMBER} digits"
-        raise ValueError(msg)
+        raise JsonError(msg)
     return int(word)
 
 
 def _finite(word: str) -> float:
     if math.isinf(number := float(word)):
         msg = f"the number {shown(word)} is too large"
-        raise ValueError(msg)
+        raise JsonError(msg)
     return number

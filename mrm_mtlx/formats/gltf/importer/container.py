@@ -11,14 +11,16 @@ import base64
 import binascii
 import re
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 from urllib.parse import unquote
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.formats import json_text
+from mrm_mtlx.formats.gltf.importer.locations import AssetLocations
 from mrm_mtlx.formats.gltf.schema import problems
 from mrm_mtlx.formats.json_text import kind
 from mrm_mtlx.system.text import printable, shown
@@ -63,6 +65,8 @@ class Container:
     ----------
     path, reach
         Its file, and where the names in it lead.
+    locations
+        Where what it says stands in the file.
     data
         Its JSON; each of `ARRAYS` that is there is an array of objects.
     binary
@@ -71,6 +75,7 @@ class Container:
 
     path: Path
     reach: Reach
+    locations: AssetLocations
     data: dict[str, Any]
     binary: tuple[int, int] | None
     _decoded: dict[int, bytes] = field(default_factory=dict, compare=False, repr=False)
@@ -180,14 +185,21 @@ def _opened(path: Path, reach: Reach) -> Container:
     if length > MAXIMUM_JSON_BYTES:
         found = f"its JSON has {length / 2**20:.0f} MiB, more than the {MAXIMUM_JSON_BYTES // 2**20} MiB that are read"
         _refuse(TOO_LARGE, found, "Keep images and geometry in files beside it, or write a .glb.")
+    content, file = read_range(path, start, length, ""), reach.shown(path)
     try:
-        data = json_text.parse(read_range(path, start, length, ""))
-    except ValueError as error:
-        _refuse(INVALID, str(error), "Correct the place that is named.")
+        data = json_text.parse(content)
+    except json_text.JsonError as error:
+        wrong = INVALID.at("", printable(str(error)), "Correct the place that is named.")
+        line, column = (None, None) if is_binary or error.position is None else error.position
+        raise ReadError(replace(wrong, source=SourceLocation(file, line, column, pointer=""))) from error
     except RecursionError:
         _refuse(rules.READ_TOO_DEEP, "its JSON is nested more deeply than is read", "glTF has some ten levels.")
-    _check(data)
-    return Container(path, reach, data, binary)
+    locations = AssetLocations(file, content, is_text=not is_binary)
+    try:
+        _check(data)
+    except ReadError as error:
+        raise ReadError(replace(error.finding, source=locations.of(error.finding.location))) from error
+    return Container(path, reach, locations, data, binary)
 
 
 def read_range(path: Path, offset: int, length: int, place: str) -> bytes:

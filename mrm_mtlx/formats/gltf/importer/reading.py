@@ -49,7 +49,7 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Docum
     container = open_container(path, reach)
     materialx = mx.createDocument()
     materialx.setColorSpace("lin_rec709")
-    document = Document(materialx=materialx, path=path, reach=reach)
+    document = Document(materialx=materialx, path=path, reach=reach, locations=container.locations)
     known: set[Finding] = set()
 
     def report(found: Finding) -> None:
