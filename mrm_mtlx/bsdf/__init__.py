@@ -3,6 +3,7 @@
 Conventions, for the whole project
 ----------------------------------
 * Directions are unit vectors that point away from the surface: `v` to the viewer, `l` to the light, `n` the normal.
+  Lobes refuse a length that is not 1 to within a thousandth (`vectors.UNIT`); the zero vector is a sample that is lost.
 * The local frame has z = n and x = tangent; its arrays have shape `(..., 3)`.
 * Angles are in radians; the command line converts from degrees.
 * `alpha` is the microfacet width, `roughness` an artist's value; `alpha = roughness**2`. What a MaterialX BSDF node

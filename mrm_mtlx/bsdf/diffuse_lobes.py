@@ -10,7 +10,8 @@ import numpy as np
 
 from mrm_mtlx.bsdf.diffuse import compensated_oren_nayar, compensated_oren_nayar_albedo
 from mrm_mtlx.bsdf.quadrature import ACCURACY
-from mrm_mtlx.bsdf.vectors import color, components, dot
+from mrm_mtlx.bsdf.ranges import NOT_NEGATIVE, UNIT_INTERVAL
+from mrm_mtlx.bsdf.vectors import color, components, direction, dot
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -31,12 +32,12 @@ class Diffuse(ABC):
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
         """Density of `sample`, n.l / pi."""
-        v, l = components("v", v), components("l", l)
+        v, l = direction("v", v), direction("l", l)
         return np.where(_above(v, l), l[..., 2] / np.pi, 0.0)
 
     def sample(self, v: ArrayLike, u: ArrayLike) -> Array:
         """Directions of light, see `lobes.Lobe.sample`: uniform on the disc, raised to the hemisphere (Malley)."""
-        v, u = components("v", v), components("u", u)
+        v, u = direction("v", v), components("u", u)
         radius, phi = np.sqrt(u[..., 0]), 2.0 * np.pi * u[..., 1]
         z = np.sqrt(1.0 - u[..., 0])
         l = np.stack([radius * np.cos(phi), radius * np.sin(phi), z], axis=-1)
@@ -45,18 +46,22 @@ class Diffuse(ABC):
 
 @dataclass(frozen=True)
 class Lambert(Diffuse):
-    """The same radiance in all directions, f = color / pi."""
+    """The same radiance in all directions, f = color / pi, of a colour >= 0."""
 
     color: ArrayLike = 1.0
 
+    def __post_init__(self) -> None:
+        """Raise `ValueError` for a colour below 0."""
+        NOT_NEGATIVE.check("color", self.color)
+
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
         """BSDF in 1/sr, see `lobes.Lobe.eval`."""
-        above = _above(components("v", v), components("l", l))[..., None]
+        above = _above(direction("v", v), direction("l", l))[..., None]
         return np.where(above, color("color", self.color) / np.pi, 0.0)
 
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:  # noqa: ARG002
         """The colour, for views from above."""
-        return np.where(components("v", v)[..., 2:] > 0.0, color("color", self.color), 0.0)
+        return np.where(direction("v", v)[..., 2:] > 0.0, color("color", self.color), 0.0)
 
 
 @dataclass(frozen=True)
@@ -74,9 +79,14 @@ class EON(Diffuse):
     color: ArrayLike = 1.0
     roughness: ArrayLike = 0.5
 
+    def __post_init__(self) -> None:
+        """Raise `ValueError` for what is out of its range."""
+        UNIT_INTERVAL.check("color", self.color)
+        UNIT_INTERVAL.check("roughness", self.roughness)
+
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
         """BSDF in 1/sr, see `lobes.Lobe.eval`."""
-        v, l = np.broadcast_arrays(components("v", v), components("l", l))
+        v, l = np.broadcast_arrays(direction("v", v), direction("l", l))
         above = _above(v, l)[..., None]
         cos_v, cos_l = (np.where(above, w[..., 2:], 1.0) for w in (v, l))
         f = compensated_oren_nayar(cos_v, cos_l, dot(v, l)[..., None], self._roughness(), color("color", self.color))
@@ -84,7 +94,7 @@ class EON(Diffuse):
 
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:  # noqa: ARG002
         """Directional albedo, see `lobes.Lobe.albedo` (Portsmouth et al. 2025)."""
-        z = components("v", v)[..., 2:]
+        z = direction("v", v)[..., 2:]
         found = compensated_oren_nayar_albedo(np.where(z > 0.0, z, 1.0), self._roughness(), color("color", self.color))
         return np.where(z > 0.0, found, 0.0)
 

@@ -13,7 +13,8 @@ number, or 1 where light is totally reflected. A metal is black from below.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -23,8 +24,9 @@ from mrm_mtlx.bsdf.blocks import evaluate_in_blocks
 from mrm_mtlx.bsdf.compensation import compensation
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS, Rough, Smith
 from mrm_mtlx.bsdf.quadrature import ACCURACY, over_unit_square
+from mrm_mtlx.bsdf.ranges import NOT_NEGATIVE, POSITIVE, Range
 from mrm_mtlx.bsdf.reflectance import conductor_reflectance, dielectric_reflectance, schlick_reflectance
-from mrm_mtlx.bsdf.vectors import color, components
+from mrm_mtlx.bsdf.vectors import DIRECTIONS, check_unit, color, components, direction
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 
 SCATTER_MODES = ("R", "T", "RT")
 SAMPLINGS = ("bounded", "visible")
+_ALPHA = Range(0.0, 1.0, above=True, reason="it is the square of a roughness")
 
 
 class Lobe(Protocol):
@@ -101,8 +104,8 @@ class Microfacet(ABC):
     Raises
     ------
     ValueError
-        By the methods: if a width is not in (0, 1], a name is none of those above, `energy_compensation` is no function
-        or is given for other facets, or a parameter has no shape that broadcasts.
+        If a parameter is out of its range, a name is none of those above, or `energy_compensation` is no function or is
+        given for other facets. By the methods: if shapes do not broadcast, or a direction is not unit.
     """
 
     alpha: tuple[ArrayLike, ArrayLike] = (0.05, 0.05)
@@ -122,6 +125,25 @@ class Microfacet(ABC):
     # Names of the parameters besides the widths, by what they are.
     _SCALARS: ClassVar[tuple[str, ...]] = ("thinfilm_thickness", "thinfilm_ior")
     _COLORS: ClassVar[tuple[str, ...]] = ()
+    _RANGES: ClassVar[dict[str, Range]] = {"thinfilm_thickness": NOT_NEGATIVE, "thinfilm_ior": Range(1.0)}
+
+    def __post_init__(self) -> None:
+        """Raise `ValueError` for what is wrong with the parameters, their shapes aside."""
+        for alpha in self.alpha:
+            _ALPHA.check("alpha", alpha)
+        for name, allowed in self._RANGES.items():
+            allowed.check(name, getattr(self, name))
+        distribution, masking = self._parts()
+        _one_of("sampling", self.sampling, SAMPLINGS)
+        _one_of("scatter_mode", self.scatter_mode, SCATTER_MODES)
+        if self.energy_compensation is None:
+            return
+        if not callable(self.energy_compensation):
+            msg = f"energy_compensation must be a function of n.v and alpha, got {self.energy_compensation!r}"
+            raise ValueError(msg)
+        if not (distribution is ggx and isinstance(masking, Smith)):
+            msg = "energy_compensation is known for distribution 'ggx' with masking 'smith' or 'smith_separable' alone"
+            raise ValueError(msg)
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
         """BSDF in 1/sr, see `Lobe.eval`."""
@@ -148,7 +170,7 @@ class Microfacet(ABC):
         ArithmeticError
             If the accuracy is not reached.
         """
-        v = components("v", v)
+        v = direction("v", v)
 
         def integrand(u: Array) -> Array:
             return self._over_blocks(type(self)._scattered, 3, {"v": v, "u": u})
@@ -283,10 +305,14 @@ class Microfacet(ABC):
         self, function: Callable[[Self, Array, Array], Array], components_out: int, vectors: dict[str, ArrayLike]
     ) -> Array:
         """The function of every block, of the lobe with the block's parameters and of the block's two directions."""
-        self._check()
 
         def block(first: Array, second: Array, alpha_x: Array, alpha_y: Array, **parameters: Any) -> Array:
-            return function(replace(self, alpha=(alpha_x, alpha_y), **parameters), first, second)
+            for name, vector in zip(vectors, (first, second), strict=True):
+                if name in DIRECTIONS:
+                    check_unit(name, vector, axis=0)
+            part = copy(self)  # of a lobe that was checked: `replace` would check each block's parameters again
+            vars(part).update(alpha=(alpha_x, alpha_y), **parameters)
+            return function(part, first, second)
 
         scalars = {"alpha_x": self.alpha[0], "alpha_y": self.alpha[1]}
         scalars |= {name: getattr(self, name) for name in self._SCALARS}
@@ -297,26 +323,6 @@ class Microfacet(ABC):
             tuple(components(name, value) for name, value in vectors.items()),
             components_out,
         )
-
-    def _check(self) -> None:
-        """Raise `ValueError` for what is wrong with the parameters, their shapes aside."""
-        for alpha in (np.asarray(a, dtype=float) for a in self.alpha):
-            if np.any(~((alpha > 0.0) & (alpha <= 1.0))):
-                msg = (
-                    f"alpha must be in (0, 1], got {alpha.min():g} to {alpha.max():g}; it is the square of a roughness"
-                )
-                raise ValueError(msg)
-        distribution, masking = self._parts()
-        _one_of("sampling", self.sampling, SAMPLINGS)
-        _one_of("scatter_mode", self.scatter_mode, SCATTER_MODES)
-        if self.energy_compensation is None:
-            return
-        if not callable(self.energy_compensation):
-            msg = f"energy_compensation must be a function of n.v and alpha, got {self.energy_compensation!r}"
-            raise ValueError(msg)
-        if not (distribution is ggx and isinstance(masking, Smith)):
-            msg = "energy_compensation is known for distribution 'ggx' with masking 'smith' or 'smith_separable' alone"
-            raise ValueError(msg)
 
     def _parts(self) -> tuple[Distribution, Masking]:
         """Distribution and masking by their names."""
@@ -349,6 +355,7 @@ class Conductor(Microfacet):
     extinction: ArrayLike
 
     _COLORS: ClassVar[tuple[str, ...]] = ("ior", "extinction")
+    _RANGES: ClassVar[dict[str, Range]] = {**Microfacet._RANGES, "ior": NOT_NEGATIVE, "extinction": NOT_NEGATIVE}
 
     def _reflectance(self, cos_theta: Array) -> Array:
         return conductor_reflectance(cos_theta, self.ior, self.extinction, self.thinfilm_thickness, self.thinfilm_ior)
@@ -403,6 +410,7 @@ class Dielectric(Interface):
 
     _SCALARS: ClassVar[tuple[str, ...]] = (*Interface._SCALARS, "ior")
     _COLORS: ClassVar[tuple[str, ...]] = ("tint",)
+    _RANGES: ClassVar[dict[str, Range]] = {**Interface._RANGES, "ior": POSITIVE, "tint": NOT_NEGATIVE}
 
     def _index(self) -> Array:
         return np.asarray(self.ior)
@@ -437,6 +445,11 @@ class GeneralizedSchlick(Interface):
 
     _SCALARS: ClassVar[tuple[str, ...]] = (*Interface._SCALARS, "exponent")
     _COLORS: ClassVar[tuple[str, ...]] = ("color0", "color82", "color90")
+    _RANGES: ClassVar[dict[str, Range]] = {
+        **Interface._RANGES,
+        **dict.fromkeys(_COLORS, NOT_NEGATIVE),
+        "exponent": NOT_NEGATIVE,
+    }
 
     def _index(self) -> Array:
         return fresnel.schlick_ior(np.mean(np.asarray(self.color0), axis=0))

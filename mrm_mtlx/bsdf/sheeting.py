@@ -26,7 +26,7 @@ from mrm_mtlx.bsdf.diffuse_lobes import Lambert
 from mrm_mtlx.bsdf.lobes import Dielectric, GeneralizedSchlick
 from mrm_mtlx.bsdf.prismatic import retroreflected_share, retroreflective_width
 from mrm_mtlx.bsdf.quadrature import ACCURACY, albedo_by_sampling
-from mrm_mtlx.bsdf.vectors import color, components
+from mrm_mtlx.bsdf.vectors import color, components, direction
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -75,19 +75,19 @@ class PrismaticSheeting:
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
         """BSDF in 1/sr, see `lobes.Lobe.eval`."""
-        v, l = components("v", v), components("l", l)
+        v, l = direction("v", v), direction("l", l)
         f = sum(part.eval(v, l) for part in self._parts())
         return np.where(v[..., 2:] > 0.0, f, 0.0)
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
         """Density of `sample`: those of the three terms, weighted by their shares for a smooth plane at v."""
-        v, l = components("v", v), components("l", l)
+        v, l = direction("v", v), direction("l", l)
         density = sum(p * part.pdf(v, l) for p, part in zip(self._choice(v), self._parts(), strict=True))
         return np.where(v[..., 2] > 0.0, density, 0.0)
 
     def sample(self, v: ArrayLike, u: ArrayLike) -> Array:
         """Directions of light, see `lobes.Lobe.sample`: the third number chooses the term."""
-        v, u = components("v", v), components("u", u)
+        v, u = direction("v", v), components("u", u)
         l = np.zeros(np.broadcast_shapes(v.shape, u.shape))
         start: Array | float = 0.0
         for p, part in zip(self._choice(v), self._parts(), strict=True):
@@ -108,7 +108,7 @@ class PrismaticSheeting:
         ArithmeticError
             If the absolute `accuracy` is not reached.
         """
-        v = components("v", v)
+        v = direction("v", v)
         total = sum(albedo_by_sampling(part, v, accuracy=accuracy / 3.0) for part in self._parts())
         return np.where(v[..., 2:] > 0.0, total, 0.0)
 
@@ -118,7 +118,7 @@ class PrismaticSheeting:
 
     def transmittance(self, v: ArrayLike) -> Array:
         """Share that enters through the smooth plane, 1 - F(v), (...); 0 from below."""
-        z = components("v", v)[..., 2]
+        z = direction("v", v)[..., 2]
         return np.where(z > 0.0, 1.0 - fresnel.dielectric(np.clip(z, 0.0, 1.0), self.ior), 0.0)
 
     def _parts(self) -> tuple[Sampled, Sampled, Sampled]:
@@ -142,7 +142,7 @@ class _Returned:
     sheet: PrismaticSheeting
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
-        v, l = np.broadcast_arrays(components("v", v), components("l", l))
+        v, l = np.broadcast_arrays(direction("v", v), direction("l", l))
         w = np.sqrt(self.sheet.share(v) * self.sheet.share(l))
         factor = self.sheet.transmittance(v) * self.sheet.transmittance(l) * w
         return factor[..., None] * color("tint", self.sheet.tint) * self._lobe(v, l).eval(v, l)
@@ -150,11 +150,11 @@ class _Returned:
     # Samples have the width at v, as l is not known before.
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
-        v, l = np.broadcast_arrays(components("v", v), components("l", l))
+        v, l = np.broadcast_arrays(direction("v", v), direction("l", l))
         return self._lobe(v, v).pdf(v, l)
 
     def sample(self, v: ArrayLike, u: ArrayLike) -> Array:
-        v, u = np.broadcast_arrays(components("v", v), components("u", u))
+        v, u = np.broadcast_arrays(direction("v", v), components("u", u))
         return self._lobe(v, v).sample(v, u)
 
     def _lobe(self, v: Array, l: Array) -> GeneralizedSchlick:

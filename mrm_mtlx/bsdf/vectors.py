@@ -11,6 +11,12 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
+# How far the length of a direction may be from 1: what three decimal digits of its components leave, as people write
+# them. The values of a lobe follow: a cosine is off by as much at most.
+UNIT = 1e-3
+# Names of what is a direction among the vectors that lobes are evaluated at; the others are random numbers.
+DIRECTIONS = ("v", "l")
+
 
 def components(name: str, value: ArrayLike) -> Array:
     """Directions as an array (..., 3). Raises ValueError, naming them, for another shape."""
@@ -19,6 +25,27 @@ def components(name: str, value: ArrayLike) -> Array:
         msg = f"{name} must have shape (..., 3), got {array.shape}"
         raise ValueError(msg)
     return array
+
+
+def direction(name: str, value: ArrayLike) -> Array:
+    """Unit directions as an array (..., 3). Raises ValueError, naming them, for another shape or length."""
+    array = components(name, value)
+    check_unit(name, array)
+    return array
+
+
+def check_unit(name: str, array: Array, axis: int = -1) -> None:
+    """Raise ValueError, naming the directions, if the length of one is not 1 to within `UNIT`; zero vectors pass.
+
+    A sample that is lost is the zero vector (`lobes.Lobe.sample`), and may be handed on.
+    """
+    x, y, z = np.moveaxis(array, axis, 0)
+    square = x * x + y * y + z * z
+    wrong = ~(np.abs(square - 1.0) <= 2.0 * UNIT) & (square != 0.0)
+    if np.any(wrong):
+        length = np.sqrt(square[wrong][0])
+        msg = f"{name} must be a unit vector, got one of length {length:g}; divide it by its length"
+        raise ValueError(msg)
 
 
 def color(name: str, value: ArrayLike) -> Array:

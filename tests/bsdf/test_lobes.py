@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from mrm_mtlx.bsdf import Conductor, Dielectric, GeneralizedSchlick, back_vector, fresnel, ggx, mirror
+from mrm_mtlx.bsdf import (
+    EON,
+    Conductor,
+    Dielectric,
+    GeneralizedSchlick,
+    Lambert,
+    PrismaticSheeting,
+    back_vector,
+    fresnel,
+    ggx,
+    mirror,
+    partially_retroreflective,
+)
 from mrm_mtlx.bsdf.compensation import compensation
-from mrm_mtlx.bsdf.vectors import dot
+from mrm_mtlx.bsdf.vectors import dot, normalize
 from mrm_mtlx.reference import versions
 
 if TYPE_CHECKING:
@@ -313,7 +326,7 @@ def test_below_the_surface_there_is_nothing(rng, hemisphere, lobe, retroreflecti
     lobe = replace(lobe, retroreflective=retroreflective)
     v, l = hemisphere(rng, 500), hemisphere(rng, 500)
     down = np.array([1.0, 1.0, -1.0])
-    for pair in ((v * down, l), (v, l * down), (v * [1.0, 1.0, 0.0], l)):
+    for pair in ((v * down, l), (v, l * down), (normalize(v * [1.0, 1.0, 0.0]), l)):
         assert not np.any(lobe.eval(*pair))
     # From inside a metal nothing is seen; an interface reflects on both sides.
     assert np.any(lobe.eval(v * down, l * down)) == (not isinstance(lobe, Conductor))
@@ -339,7 +352,66 @@ V = np.array([0.6, 0.0, 0.8])
 def test_a_width_out_of_range_is_refused(alpha):
     for pair in ((alpha, 0.1), (0.1, alpha)):
         with pytest.raises(ValueError, match=r"alpha must be in \(0, 1\], got .* it is the square of a roughness"):
-            Conductor(0.2, 3.4, alpha=pair).eval(V, V)
+            Conductor(0.2, 3.4, alpha=pair)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Dielectric(-1.5), "ior must be > 0, got -1.5"),
+        (lambda: Dielectric(0.0), "ior must be > 0, got 0"),
+        (lambda: Dielectric([1.5, np.nan]), "ior must be > 0, got nan"),
+        (lambda: Dielectric([1.5, -1.0, 2.0]), "ior must be > 0, got -1 to 2"),
+        (lambda: Dielectric(np.inf), "ior must be > 0, got inf"),
+        (lambda: Dielectric(tint=-0.1), "tint must be >= 0, got -0.1"),
+        (lambda: Conductor(-0.2, 3.4), "ior must be >= 0, got -0.2"),
+        (lambda: Conductor(0.2, [3.4, -1.0, 2.0]), "extinction must be >= 0, got -1 to 3.4"),
+        (lambda: Conductor(0.2, 3.4, thinfilm_thickness=-1.0), "thinfilm_thickness must be >= 0, got -1"),
+        (lambda: Conductor(0.2, 3.4, thinfilm_ior=0.9), "thinfilm_ior must be >= 1, got 0.9"),
+        (lambda: GeneralizedSchlick(color0=-0.1), "color0 must be >= 0, got -0.1"),
+        (lambda: GeneralizedSchlick(exponent=-5.0), "exponent must be >= 0, got -5"),
+        (lambda: EON(color=1.1), "color must be in [0, 1], got 1.1"),
+        (lambda: EON(roughness=[0.5, 2.0]), "roughness must be in [0, 1], got 0.5 to 2"),
+        (lambda: Lambert([-1.0, 0.0, 0.0]), "color must be >= 0, got -1 to 0"),
+    ],
+)
+def test_a_parameter_out_of_its_range_is_refused_with_its_value(make, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        make()
+
+
+UNIT_TESTED = {
+    "metal": Conductor(0.2, 3.4), "interface": Dielectric(scatter_mode="RT"), "curve": GeneralizedSchlick(0.2),
+    "Lambert": Lambert(), "EON": EON(), "sheet": PrismaticSheeting(),
+    "blend": partially_retroreflective(Conductor(0.2, 3.4), 0.5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("length", [2.0, 0.99, 1.003, np.nan])
+@pytest.mark.parametrize("name", UNIT_TESTED)
+def test_a_direction_that_is_not_unit_is_refused_with_its_length(name, length):
+    lobe, pairs = UNIT_TESTED[name], np.tile(V, (5, 1))
+    wrong = pairs.copy()
+    wrong[3] *= length
+    calls = {
+        "v": (lambda: lobe.eval(wrong, pairs), lambda: lobe.pdf(wrong, pairs), lambda: lobe.sample(wrong, pairs)),
+        "l": (lambda: lobe.eval(pairs, wrong), lambda: lobe.pdf(pairs, wrong)),
+    }
+    for vector, each in calls.items():
+        for call in each:
+            with pytest.raises(ValueError, match=f"^{vector} must be a unit vector, got one of length {length:g}; "):
+                call()
+    with pytest.raises(ValueError, match=r"^v must be a unit vector"):
+        lobe.albedo(wrong, accuracy=0.1)
+
+
+@pytest.mark.parametrize("name", UNIT_TESTED)
+def test_three_digits_are_a_unit_vector_and_a_lost_sample_is_none(name):
+    lobe, v = UNIT_TESTED[name], np.array([0.301, 0.0, 0.954])
+    assert np.all(lobe.eval(v, [0.0, 0.5, 0.866]) > 0.0)
+    lost = np.zeros(3)
+    assert not np.any(lobe.eval(v, lost))
+    assert not np.any(lobe.pdf(v, lost))
 
 
 @pytest.mark.parametrize("name", ["v", "l"])
@@ -368,10 +440,8 @@ def test_colours_without_three_channels_are_refused():
     ],
 )
 def test_names_that_are_none_are_refused(name, value, choices):
-    lobe = Dielectric(**{name: value})
-    for call in (lambda: lobe.eval(V, V), lambda: lobe.pdf(V, V), lambda: lobe.sample(V, V)):
-        with pytest.raises(ValueError, match=rf"^{name} must be one of {choices}, got '{value}'$"):
-            call()
+    with pytest.raises(ValueError, match=rf"^{name} must be one of {choices}, got '{value}'$"):
+        Dielectric(**{name: value})
 
 
 @pytest.mark.parametrize("parts", [{"distribution": "beckmann"}, {"masking": "v_cavity"}])
