@@ -44,8 +44,8 @@ class Scan:
     ----------
     file, elements
         Its path as findings show it, and where its elements begin.
-    root
-        Tag of the root element.
+    root, version
+        Tag of the root element, and the version that it states.
     includes, findings
         What it includes, and what is odd about it.
     """
@@ -53,6 +53,7 @@ class Scan:
     file: str
     elements: XmlElements
     root: str = ""
+    version: str = ""
     includes: list[Include] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
 
@@ -224,7 +225,7 @@ class _Parse:
             raise self._error(rules.READ_TOO_DEEP, f"elements are nested more than {MAXIMUM_XML_DEPTH} levels deep")
 
     def _note_root(self, tag: str, attributes: dict[str, str]) -> None:
-        self._scan.root = tag
+        self._scan.root, self._scan.version = tag, attributes.get("version", "")
         if tag == "materialx" and "version" not in attributes:
             self._scan.findings.append(self._finding(rules.DOC_VERSION, "the document states no version"))
 

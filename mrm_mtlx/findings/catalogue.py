@@ -67,6 +67,7 @@ RULES: dict[str, Rule] = {
         rules.USD_MISSING,
         rules.USD_VALIDATOR_WARNING,
         rules.RETRO_UNDEFINED,
+        rules.RETRO_VERSION,
         rules.RETRO_TRANSMISSION,
         rules.RETRO_INVISIBLE,
         rules.ENERGY_GAIN,

@@ -99,5 +99,15 @@ def is_upgraded(version: str) -> bool:
     return is_document_version(version) and _numbers(version) < _numbers(document_version())
 
 
+def lacks_retroreflective(version: str) -> bool:
+    """Whether documents of this version have no retroreflective flag; False for what is no version."""
+    if not is_document_version(version):
+        return False
+    try:
+        return not dialect(version).has_retroreflective
+    except LookupError:
+        return True
+
+
 def _numbers(version: str) -> tuple[int, ...]:
     return tuple(map(int, version.split(".")))

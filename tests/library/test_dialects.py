@@ -40,3 +40,20 @@ def test_a_document_is_of_the_version_that_it_states(stated):
     document = mx.createDocument()
     document.setVersionString(stated) if stated else document.removeAttribute("version")
     assert dialects.version_of(document) == (stated or dialects.document_version())
+
+
+@pytest.mark.parametrize(
+    ("version", "lacks"),
+    [
+        ("1.39", False),
+        ("1.38", True),
+        ("1.4", True),
+        ("0.9", True),
+        ("1.40", False),
+        ("2.0", False),
+        ("new", False),
+        ("", False),
+    ],
+)
+def test_documents_before_1_39_lack_the_flag(version, lacks):
+    assert dialects.lacks_retroreflective(version) is lacks

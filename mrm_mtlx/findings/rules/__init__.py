@@ -55,6 +55,7 @@ from mrm_mtlx.findings.rules.retroreflection import (
     RETRO_INVISIBLE,
     RETRO_TRANSMISSION,
     RETRO_UNDEFINED,
+    RETRO_VERSION,
 )
 from mrm_mtlx.findings.rules.shaders import (
     SHADER_COMPILE,
@@ -107,6 +108,7 @@ __all__ = [
     "RETRO_INVISIBLE",
     "RETRO_TRANSMISSION",
     "RETRO_UNDEFINED",
+    "RETRO_VERSION",
     "SHADER_COMPILE",
     "SHADER_DIFFERS",
     "SHADER_GENERATE",

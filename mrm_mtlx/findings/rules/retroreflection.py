@@ -15,6 +15,17 @@ RETRO_UNDEFINED = Rule(
     "Use a node that has the input, or remove it. Amounts need `--library mrm`.",
 )
 
+RETRO_VERSION = Rule(
+    "RETRO_VERSION",
+    Severity.WARNING,
+    "flag in a document of an earlier version",
+    "The boolean `retroreflective` exists from MaterialX 1.39.5 on, in documents of version 1.39. A host that takes "
+    "the stated version at its word knows no such input: it refuses the document, or drops the flag and shows an "
+    "ordinary lobe. MaterialX itself upgrades documents of an earlier version when it reads them, keeps the input, "
+    "and says nothing. Of what is included, the version of its own file counts.",
+    "State version 1.39, after looking at what else that version changes; or remove the flag.",
+)
+
 RETRO_TRANSMISSION = Rule(
     "RETRO_TRANSMISSION",
     Severity.WARNING,

@@ -15,13 +15,18 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 import MaterialX as mx
 
 from mrm_mtlx.documents.document import Document, ReadError
+from mrm_mtlx.documents.elements import location, nodes_of
 from mrm_mtlx.documents.files import read_regular
 from mrm_mtlx.documents.locations import XmlLocations
 from mrm_mtlx.documents.xml_scan import Include, Scan, scan
 from mrm_mtlx.findings import rules
+from mrm_mtlx.library.dialects import lacks_retroreflective
+from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES
 from mrm_mtlx.system.limits import MAXIMUM_DOCUMENT_BYTES, MAXIMUM_INCLUDES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.documents.xml_elements import XmlElements
     from mrm_mtlx.findings.finding import Finding, Rule
@@ -73,6 +78,7 @@ def read_xml(path: Path, reach: Reach, library: DataLibrary) -> Document:
         document.setDataLibrary(library.document)
     except Exception as error:  # MaterialX throws several unrelated types
         raise ReadError(rules.DOC_INVALID.at("", f"MaterialX cannot read it: {error}")) from error
+    reading.findings += _flags_of_later_versions(document, reading)
     locations = XmlLocations(document, reach.shown(path), reading.elements())
     return Document(materialx=document, path=path, reach=reach, locations=locations, findings=reading.findings)
 
@@ -90,6 +96,20 @@ def _document(file: _File) -> mx.Document:
         document.importLibrary(_document(included))
     mx.readFromXmlString(document, file.content, mx.FileSearchPath(), options)
     return document
+
+
+def _flags_of_later_versions(document: mx.Document, reading: _Reading) -> Iterator[Finding]:
+    """What has the flag in a file that states a version without it, and that MaterialX has upgraded."""
+    earlier = {str(path): found.version for path, (_, found) in reading.known.items()}
+    earlier = {uri: version for uri, version in earlier.items() if lacks_retroreflective(version)}
+    if not earlier:
+        return
+    for node in nodes_of(document):
+        version = earlier.get(node.getActiveSourceUri())
+        flag = node.getInput(FLAG) if version and node.getCategory() in MICROFACET_NODES else None
+        if flag is not None:
+            message = f"the file states version {version}, in which {node.getCategory()} has no such input"
+            yield rules.RETRO_VERSION.at(location(flag), message)
 
 
 def _find_sources(document: mx.Document, reach: Reach, library: DataLibrary) -> None:
