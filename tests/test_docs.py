@@ -249,10 +249,9 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
     from mrm_mtlx.documents import document_images, images
     from mrm_mtlx.engines.gl import program
     from mrm_mtlx.findings import finding as findings
-    from mrm_mtlx.formats.gltf import textures
-    from mrm_mtlx.formats.gltf.importer import container
-    from mrm_mtlx.formats.usd.opening import layers, weighing
-    from mrm_mtlx.formats.usd.opening import stage as opening
+    from mrm_mtlx.formats.gltf import container
+    from mrm_mtlx.formats.gltf.importer import textures
+    from mrm_mtlx.formats.usd.opening import composition_size, layers, stage_files
     from mrm_mtlx.measured import alta, any_format, table
     from mrm_mtlx.system import limits, process_limits
     from mrm_mtlx.validation import steps
@@ -275,8 +274,8 @@ def test_the_limits_of_the_page_are_those_of_the_code() -> None:
         "images of a surface together": (document_images.MAXIMUM_HELD_BYTES, mebi),
         "textures of a shader": (program.MAXIMUM_TEXTURE_BYTES, mebi),
         "layers of a stage together": (layers.MAXIMUM_STAGE_BYTES, mebi),
-        "layers of a stage": (opening.MAXIMUM_LAYERS, 1),
-        "prims that a stage composes": (weighing.MAXIMUM_PRIMS, 1),
+        "layers of a stage": (stage_files.MAXIMUM_LAYERS, 1),
+        "prims that a stage composes": (composition_size.MAXIMUM_PRIMS, 1),
         "JSON of a glTF": (container.MAXIMUM_JSON_BYTES, mebi),
         "pictures unpacked": (textures.MAXIMUM_UNPACKED_BYTES, mebi),
         "a file of measured data": (alta.MAXIMUM_BYTES, mebi),

@@ -1,16 +1,14 @@
 """USD: materials of a stage as a document, and a document's materials as a stage.
 
-* `reading`: a stage's materials, in all variants, over `network` (one material), `versions` (of MaterialX), `prims` and
-  `assets` (files).
-* `opening`: safe opening of untrusted files, over `layers` (one file), `packages`, `crates` (what one claims to hold,
-  over `crate_values` and `crate_packing`), `documents` (of MaterialX), `weighing` (how large the stage will be),
-  `standins` (what is not opened).
-* `validators`: what USD's own validators say; `texts`: what USD says, as it is shown.
-* `writing`: a document's materials as prims, over `scope` (what is beside each other); `saving`: their file.
-* `values`: types, values and colour spaces.
+* `opening`: untrusted files as a stage that opens no other.
+* `importer`: a stage's materials as a document.
+* `exporter`: a document's materials as a stage.
+
+They share `prims` (which of a material are MaterialX's), `values` (types, values and colour spaces) and `messages`
+(what USD says, as it is shown).
 """
 
-from mrm_mtlx.formats.usd.exporter.saving import names, write
-from mrm_mtlx.formats.usd.importer.reading import read
+from mrm_mtlx.formats.usd.exporter.stage_file import names, write
+from mrm_mtlx.formats.usd.importer.stage_materials import read
 
 __all__ = ["names", "read", "write"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.formats.gltf import properties
-from mrm_mtlx.formats.gltf.importer import reading
+from mrm_mtlx.formats.gltf.importer import asset_materials
 from mrm_mtlx.reference import Environment, Illumination, ShadingPoints, Surface
 from mrm_mtlx.shadergen import renderable_elements
 
@@ -137,7 +137,7 @@ def test_every_texture_is_its_channel_times_its_factor_in_its_transfer(textured,
 
 
 def test_a_wrong_transfer_is_seen(monkeypatch, textured, read, surface_of, constants, points):
-    monkeypatch.setattr("mrm_mtlx.formats.gltf.importer.graph.ENCODED", "lin_rec709")
+    monkeypatch.setattr("mrm_mtlx.formats.gltf.importer.texture_graph.ENCODED", "lin_rec709")
     assert values_apart(surface_of, constants, points, read(textured(with_textures(0)))) > 1e-3
 
 
@@ -428,4 +428,4 @@ def test_names_become_names_of_elements_once(write_asset, read):
     assert not any(name[0].isdigit() for name in found)  # shaders have variables of these names
     assert imported.materialx.validate() == (True, "")
     assert [imported.source_location(f"/{name}") for name in found] == [f"/materials/{k}" for k in range(len(names))]
-    assert reading.RETROREFLECTION == "KHR_materials_retroreflection"
+    assert asset_materials.RETROREFLECTION == "KHR_materials_retroreflection"

@@ -11,8 +11,8 @@ import pytest
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.formats import json_text
-from mrm_mtlx.formats.gltf import textures
-from mrm_mtlx.formats.gltf.importer import container
+from mrm_mtlx.formats.gltf import container
+from mrm_mtlx.formats.gltf.importer import textures
 
 INVALID, LOST, OUTSIDE, MISSING = "INTERCHANGE_INVALID", "INTERCHANGE_LOST", "READ_OUTSIDE", "DOC_FILE"
 BASE = "/materials/0/pbrMetallicRoughness"

@@ -13,8 +13,8 @@ from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.gltf import schema
-from mrm_mtlx.formats.gltf.exporter import closures, comparison, slots
-from mrm_mtlx.formats.gltf.importer.container import open_container
+from mrm_mtlx.formats.gltf.container import open_container
+from mrm_mtlx.formats.gltf.exporter import bsdf_surfaces, comparison, texture_slots
 from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.reference import UnsupportedError
 
@@ -633,7 +633,7 @@ def test_a_material_that_the_reference_does_not_know_is_written_and_said_not_to_
 
 
 def test_an_image_of_more_pixels_than_are_looked_into_is_said(images, imported, written, monkeypatch):
-    monkeypatch.setattr(slots, "MAXIMUM_PIXELS", 3)
+    monkeypatch.setattr(texture_slots, "MAXIMUM_PIXELS", 3)
     nodes, inputs = image("float", "b.png", ""), connected("metallic", "float")
     _, findings = written(imported(model(inputs, nodes)))
     assert (findings[0].code, findings[0].location) == ("INTERCHANGE_LOST", "/m/metallic")
@@ -825,10 +825,10 @@ def test_of_two_materials_the_one_that_has_a_form_is_written(imported, written):
 @pytest.mark.parametrize("wrong", ["reflectance", "channel"])
 def test_a_wrong_mapping_is_seen_by_its_values(monkeypatch, images, imported, written, wrong):
     # 1 percent of the reflectance, and the neighbouring channel.
-    monkeypatch.setattr(closures, "_REFLECTANCE", 0.0404)
+    monkeypatch.setattr(bsdf_surfaces, "_REFLECTANCE", 0.0404)
     nodes, inputs = TEXTURED["an encoded image as a number"]
     if wrong == "channel":
-        composed = "mrm_mtlx.formats.gltf.exporter.slots._composed"
+        composed = "mrm_mtlx.formats.gltf.exporter.texture_slots._composed"
         monkeypatch.setattr(composed, lambda _, loaded: next(iter(loaded.values()))[..., :3])
         _, findings = written(imported(model(inputs + number("roughness", 0.5), nodes)))
     else:

@@ -11,7 +11,7 @@ from pxr import Sdf
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
-from mrm_mtlx.formats.usd.opening import layers, packages, stage, weighing
+from mrm_mtlx.formats.usd.opening import composition_size, layers, packages, stage_files
 
 HEAD = "#usda 1.0\n"
 EMPTY = HEAD + 'def "a" {\n}\n'
@@ -186,9 +186,9 @@ def test_bounds_are_those_that_are_stated(usda, stage_of, monkeypatch):
     size = path.stat().st_size + (path.parent / "b.usda").stat().st_size
     for name, enough in (("MAXIMUM_LAYERS", 1), ("MAXIMUM_STAGE_BYTES", size)):
         with monkeypatch.context() as patch:
-            patch.setattr(stage, name, enough)
+            patch.setattr(stage_files, name, enough)
             stage_of(path)
-            patch.setattr(stage, name, enough - 1)
+            patch.setattr(stage_files, name, enough - 1)
             with pytest.raises(ReadError, match="the stage consists of more than"):
                 stage_of(path)
 
@@ -199,9 +199,9 @@ def test_the_weight_of_a_stage_counts_what_is_shared_once(usda, stage_of, monkey
     instance = 'def "i{}" (\n instanceable = {}\n references = </p>\n) {{\n}}\n'
     for once, weight in (("true", 1 + 11 + 3 + 11), ("false", 1 + 11 + 3 + 3 * 11)):
         path = usda(shared + "".join(instance.format(k, once) for k in range(3)))
-        monkeypatch.setattr(weighing, "MAXIMUM_PRIMS", weight)
+        monkeypatch.setattr(composition_size, "MAXIMUM_PRIMS", weight)
         stage_of(path)
-        monkeypatch.setattr(weighing, "MAXIMUM_PRIMS", weight - 1)
+        monkeypatch.setattr(composition_size, "MAXIMUM_PRIMS", weight - 1)
         with pytest.raises(ReadError, match="multiply to more than"):
             stage_of(path)
 

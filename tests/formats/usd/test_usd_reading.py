@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mrm_mtlx.documents.files import Reach
-from mrm_mtlx.formats.usd.importer import reading, validators
+from mrm_mtlx.formats.usd.importer import stage_materials, validators
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.options import Request
 
@@ -354,7 +354,7 @@ def test_a_variant_above_a_material_counts_and_their_number_is_bounded(stage_of,
     read = stage_of(prims)
     assert [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()] == ["/X/M", "/X{v=b}M"]
     assert read.source_locations["M2/surfaceshader"] == "/X{v=b}M.outputs:mtlx:surface"
-    monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 0)
+    monkeypatch.setattr(stage_materials, "MAXIMUM_VARIANTS", 0)
     read = stage_of(prims)
     assert [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()] == ["/X/M"]
     (finding,) = [finding for finding in read.findings if not finding.code.startswith("USD_")]
@@ -389,7 +389,7 @@ def test_what_cannot_be_composed_of_a_variant_is_told_and_not_printed(stage_of, 
 def test_variants_that_many_prims_have_from_one_place_are_tried_once(stage_of, monkeypatch):
     asset = ABOVE.format(material=MATERIAL.format(**BARE).replace("</M/", "</X/M/"))
     prims = asset + "".join(f'def "i{k}" (\n references = </X>\n)\n{{\n}}\n' for k in range(5))
-    monkeypatch.setattr(reading, "MAXIMUM_VARIANTS", 2)  # as many as one of them has beside the selected
+    monkeypatch.setattr(stage_materials, "MAXIMUM_VARIANTS", 2)  # as many as one of them has beside the selected
     read = stage_of(prims)
     assert [finding for finding in read.findings if not finding.code.startswith("USD_")] == []
     places = [read.source_locations[n.getName()] for n in read.materialx.getMaterialNodes()]

@@ -11,7 +11,7 @@ from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_for
-from mrm_mtlx.formats.usd.exporter import saving, writing
+from mrm_mtlx.formats.usd.exporter import material_prims, stage_file
 
 LEAF = '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{}</oren_nayar_diffuse_bsdf>'
 USE = (
@@ -140,7 +140,7 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
         assert package.read(picture) == (tmp_path / "documents/tex/a.ppm").read_bytes()
         for entry in (layer, picture):
             data = entry.header_offset + 30 + len(entry.filename) + len(entry.extra)
-            assert (data % saving.ALIGNMENT, entry.compress_type) == (0, zipfile.ZIP_STORED)
+            assert (data % stage_file.ALIGNMENT, entry.compress_type) == (0, zipfile.ZIP_STORED)
     # Within the package, and without it.
     (tmp_path / "documents/tex/a.ppm").unlink()
     back = read_document(tmp_path / "a.usdz", Reach.only(tmp_path), library, tmp_path / "stages")
@@ -199,7 +199,7 @@ def test_a_definition_in_source_code_is_named(make_document, written):
 
 
 def test_definitions_that_make_too_much_are_refused(monkeypatch, surface_document, written):
-    monkeypatch.setattr(writing, "MAXIMUM_PRIMS", 2)
+    monkeypatch.setattr(material_prims, "MAXIMUM_PRIMS", 2)
     with pytest.raises(ValueError, match="more than 2 prims"):
         written(surface_document(LEAF.format("")))
 
@@ -211,7 +211,7 @@ def test_a_file_is_whole_or_as_it_was(monkeypatch, surface_document, written, tm
         msg = "no"
         raise ValueError(msg)
 
-    monkeypatch.setattr(saving, "write_materials", broken)
+    monkeypatch.setattr(stage_file, "write_materials", broken)
     with pytest.raises(ValueError, match="no"):
         written(surface_document(LEAF.format("")))
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("out.usda", "before")]

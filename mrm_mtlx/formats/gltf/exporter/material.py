@@ -9,17 +9,17 @@ import numpy as np
 
 from mrm_mtlx.documents.graph import shader_node
 from mrm_mtlx.formats.gltf import properties as gltf
-from mrm_mtlx.formats.gltf.exporter.inputs import NO_FORM, UNLIT, inputs_of
-from mrm_mtlx.formats.gltf.exporter.interfaces import source
+from mrm_mtlx.formats.gltf.exporter.pbr_inputs import NO_FORM, UNLIT, inputs_of
 from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError, Transform, transform, written
-from mrm_mtlx.formats.gltf.exporter.slots import Channel
 from mrm_mtlx.formats.gltf.exporter.terms import Lookup, Term, look_up, scalar, term
+from mrm_mtlx.formats.gltf.exporter.texture_slots import Channel
+from mrm_mtlx.formats.gltf.exporter.value_sources import source
 from mrm_mtlx.formats.gltf.schema import problems
 from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:
     from mrm_mtlx.formats.gltf.exporter.asset import Asset
-    from mrm_mtlx.formats.gltf.exporter.slots import Images
+    from mrm_mtlx.formats.gltf.exporter.texture_slots import Images
 
 _WRAPS = {name: number for number, name in gltf.WRAPS.items()}
 # Always written, though they may be glTF's defaults: what a material is at first sight.

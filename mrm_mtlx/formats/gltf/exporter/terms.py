@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mrm_mtlx.formats.gltf.exporter.interfaces import file_of, source
 from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError, Placement, placed_by, through
+from mrm_mtlx.formats.gltf.exporter.value_sources import file_of, source
 from mrm_mtlx.formats.gltf.properties import ENCODED
 from mrm_mtlx.library.color_spaces import canonical, is_linear
 from mrm_mtlx.reference import constant_input

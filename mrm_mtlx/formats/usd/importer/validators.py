@@ -10,7 +10,7 @@ from pxr import Sdf, Tf, UsdShade, UsdValidation
 
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.versions import earlier_definition
-from mrm_mtlx.formats.usd.texts import said
+from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.system.console import silenced
 
 if TYPE_CHECKING:

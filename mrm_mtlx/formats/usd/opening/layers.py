@@ -9,9 +9,9 @@ from pxr import Ar, Sdf, Tf
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.findings import rules
+from mrm_mtlx.formats.usd.messages import said
+from mrm_mtlx.formats.usd.opening.composition_size import MAXIMUM_DEPTH, too_deep
 from mrm_mtlx.formats.usd.opening.crates import refuse_damaged
-from mrm_mtlx.formats.usd.opening.weighing import MAXIMUM_DEPTH, too_deep
-from mrm_mtlx.formats.usd.texts import said
 
 if TYPE_CHECKING:
     from pathlib import Path

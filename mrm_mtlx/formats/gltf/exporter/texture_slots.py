@@ -13,7 +13,7 @@ from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeErr
 from mrm_mtlx.documents.images import as_values, component, srgb_decoded, srgb_encoded, write_image
 from mrm_mtlx.formats.gltf.exporter.asset import ImageFile
 from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError
-from mrm_mtlx.formats.gltf.textures import PLAIN_KINDS, kind_of
+from mrm_mtlx.formats.gltf.image_kinds import PLAIN_KINDS, kind_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

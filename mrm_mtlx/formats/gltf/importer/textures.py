@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import unquote
 
-from mrm_mtlx.formats.gltf.importer.container import (
+from mrm_mtlx.formats.gltf.container import (
     INVALID,
     LOST,
     MAXIMUM_IMAGE_BYTES,
@@ -19,6 +19,7 @@ from mrm_mtlx.formats.gltf.importer.container import (
     media_type,
     read_range,
 )
+from mrm_mtlx.formats.gltf.image_kinds import kind_of
 from mrm_mtlx.formats.gltf.properties import FILTERS, TRANSFORM, WRAPS
 from mrm_mtlx.formats.json_text import pointer
 from mrm_mtlx.system.text import shown
@@ -28,23 +29,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.formats.gltf.importer.container import Container
+    from mrm_mtlx.formats.gltf.container import Container
 
 # Bytes that are unpacked from one asset.
 MAXIMUM_UNPACKED_BYTES = 512 * 2**20
-
-
-class Kind(NamedTuple):
-    """A kind of image file: what it begins with, the ending of its name, and its media type."""
-
-    start: bytes
-    suffix: str
-    media_type: str
-
-
-# The kinds that glTF has, and WebP by EXT_texture_webp.
-PLAIN_KINDS = (Kind(b"\x89PNG\r\n\x1a\n", ".png", "image/png"), Kind(b"\xff\xd8\xff", ".jpg", "image/jpeg"))
-_KINDS = (*PLAIN_KINDS, Kind(b"RIFF", ".webp", "image/webp"))
 _WEBP = "EXT_texture_webp"
 # A name that means the same to MaterialX, which replaces tokens in < > and { }, and to every file system.
 _PLAIN_NAME = re.compile(r"[\w .,()+=@~/-]+")
@@ -81,11 +69,6 @@ class Texture(NamedTuple):
     scale: tuple[float, float]
     place: str
     image_place: str
-
-
-def kind_of(content: bytes) -> Kind | None:
-    """The kind of an image file by its first bytes, None if it is none that is read."""
-    return next((kind for kind in _KINDS if content.startswith(kind.start)), None)
 
 
 class Textures:

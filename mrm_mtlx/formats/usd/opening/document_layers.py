@@ -10,9 +10,9 @@ from pxr import Sdf, Tf, Usd, UsdShade
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.materialx.importer import read_xml
-from mrm_mtlx.formats.usd.exporter.writing import write_materials
+from mrm_mtlx.formats.usd.exporter.material_prims import write_materials
+from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.formats.usd.prims import TERMINALS
-from mrm_mtlx.formats.usd.texts import said
 from mrm_mtlx.formats.usd.values import COLORED, sdf_type
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Layers that stand in for those that are not opened, so that what depends on them can be told by USD's composition."""
+"""Empty layers for files that are not opened, so that what depends on them can be told by USD's composition."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pxr import Sdf, Usd
 _DEFAULT = Sdf.Path("/missing")
 
 
-class StandIns:
-    """Layers without content in the places of others, by their identifiers; each lives as long as this."""
+class Placeholders:
+    """Layers without content, by their identifiers; each lives as long as this."""
 
     def __init__(self) -> None:
         self._layers: dict[str, Sdf.Layer] = {}

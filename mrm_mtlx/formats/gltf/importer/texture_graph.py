@@ -10,7 +10,7 @@ from mrm_mtlx.formats.gltf.properties import ENCODED
 if TYPE_CHECKING:
     import MaterialX as mx
 
-    from mrm_mtlx.formats.gltf.textures import Texture
+    from mrm_mtlx.formats.gltf.importer.textures import Texture
 
 
 class Graph:

@@ -11,10 +11,10 @@ from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.gltf import properties as gltf
-from mrm_mtlx.formats.gltf.importer.container import INVALID, LOST, open_container
-from mrm_mtlx.formats.gltf.importer.graph import Graph
+from mrm_mtlx.formats.gltf.container import INVALID, LOST, open_container
+from mrm_mtlx.formats.gltf.importer.texture_graph import Graph
+from mrm_mtlx.formats.gltf.importer.textures import Textures
 from mrm_mtlx.formats.gltf.schema import RETROREFLECTION, known_extensions, problems
-from mrm_mtlx.formats.gltf.textures import Textures
 from mrm_mtlx.formats.json_text import pointer
 from mrm_mtlx.system.text import shown
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.findings.finding import Finding
-    from mrm_mtlx.formats.gltf.importer.container import Container
+    from mrm_mtlx.formats.gltf.container import Container
     from mrm_mtlx.library import DataLibrary
 
 # Materials that these make something else of, which retroreflection must not be used with.

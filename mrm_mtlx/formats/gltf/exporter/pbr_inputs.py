@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from mrm_mtlx.formats.gltf.exporter.closures import surface
-from mrm_mtlx.formats.gltf.exporter.interfaces import source
-from mrm_mtlx.formats.gltf.exporter.models import model
+from mrm_mtlx.formats.gltf.exporter.bsdf_surfaces import surface
 from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError
+from mrm_mtlx.formats.gltf.exporter.surface_models import model
 from mrm_mtlx.formats.gltf.exporter.terms import Term, scalar, term
+from mrm_mtlx.formats.gltf.exporter.value_sources import source
 from mrm_mtlx.formats.gltf.properties import NORMALS
 
 # The surface that is the same in any light.

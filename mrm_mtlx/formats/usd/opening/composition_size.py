@@ -1,4 +1,4 @@
-"""The size of a composed stage, before it is composed: references within references multiply prims."""
+"""The size limits of a composed stage, before it is composed: references within references multiply prims."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def too_deep(place: str) -> Finding:
     return rules.READ_TOO_DEEP.at(place, f"prims are nested more than {MAXIMUM_DEPTH} levels deep")
 
 
-def refuse_heavy(layers: Mapping[str, Layer]) -> None:
+def refuse_large(layers: Mapping[str, Layer]) -> None:
     """Refuse a stage whose arcs make more prims than `MAXIMUM_PRIMS`; an upper bound is taken.
 
     Raises
@@ -96,12 +96,12 @@ def refuse_heavy(layers: Mapping[str, Layer]) -> None:
     ReadError
         If it is so.
     """
-    weighing = _Weighing(layers)
+    composition = _Composition(layers)
     for name in layers:
-        weighing.size(name, Sdf.Path.absoluteRootPath)
+        composition.size(name, Sdf.Path.absoluteRootPath)
 
 
-class _Weighing:
+class _Composition:
     """Numbers of prims by layer and prim, each counted once."""
 
     def __init__(self, layers: Mapping[str, Layer]) -> None:

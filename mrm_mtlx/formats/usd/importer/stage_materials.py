@@ -12,9 +12,9 @@ from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.assets import Assets
 from mrm_mtlx.formats.usd.importer.network import Translation, translate
 from mrm_mtlx.formats.usd.importer.validators import validator_findings
+from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.formats.usd.opening.stage import open_stage
 from mrm_mtlx.formats.usd.prims import terminals
-from mrm_mtlx.formats.usd.texts import said
 from mrm_mtlx.formats.usd.values import color_space
 from mrm_mtlx.system.console import silenced
 

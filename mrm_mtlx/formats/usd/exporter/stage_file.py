@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from pxr import Sdf, Tf, UsdUtils
 
 from mrm_mtlx.formats.files import name_beside
-from mrm_mtlx.formats.usd.exporter.writing import write_materials
+from mrm_mtlx.formats.usd.exporter.material_prims import write_materials
+from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.formats.usd.opening.layers import open_layer
-from mrm_mtlx.formats.usd.texts import said
 from mrm_mtlx.system.console import silenced
 from mrm_mtlx.system.writing import FileSet
 

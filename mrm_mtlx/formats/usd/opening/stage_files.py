@@ -1,0 +1,134 @@
+"""Where the names of files in a stage lead: beside a layer, to the folders of the search path, and into packages."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
+
+from pxr import Ar, Sdf
+
+from mrm_mtlx.documents.document import ReadError
+from mrm_mtlx.documents.files import Reach
+from mrm_mtlx.findings import rules
+from mrm_mtlx.formats.usd.opening.composition_size import MAXIMUM_DEPTH, too_deep
+from mrm_mtlx.formats.usd.opening.layers import MAXIMUM_STAGE_BYTES, PACKAGE_SUFFIX, check_file
+from mrm_mtlx.formats.usd.opening.packages import Package, unpack
+
+MAXIMUM_LAYERS = 1024
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a layer comes from: its file, and the package that it was in, if it was in one."""
+
+    file: Path
+    package: Package | None
+
+
+class StageFiles:
+    """The files of a stage, none of them outside of its reach, and what of them has been read.
+
+    Attributes
+    ----------
+    scratch
+        Packages are unpacked there.
+    packages
+        Those that have been unpacked, by their files.
+    first_package
+        The one that the stage itself is in, if it is in one.
+    layers
+        The number of layers that have been read.
+    """
+
+    def __init__(self, path: Path, reach: Reach, scratch: Path) -> None:
+        self._path, self._reach, self.scratch = path, reach.at(path.parent), scratch
+        self.packages: dict[Path, Package] = {}
+        self.first_package: Package | None = None
+        self.layers = 0
+        self._bytes = 0
+        self._known: set[Path] = set()
+
+    def first(self) -> Origin:
+        """The first layer of the stage."""
+        found = self.whole(Origin(self._path, None), "")
+        self.first_package = found.package
+        return found
+
+    @property
+    def document_reach(self) -> Reach:
+        """Where names in a document of the stage lead: what is in a package leads nowhere else."""
+        if self.first_package is not None:
+            return Reach.only(self.scratch)
+        return replace(self._reach, search=(*self._reach.search, self.scratch)) if self.packages else self._reach
+
+    def reach_of(self, origin: Origin) -> Reach:
+        """Where the names in one of the files lead."""
+        reach = self._reach if origin.package is None else Reach.only(origin.package.folder)
+        return reach.at(origin.file.parent)
+
+    def beside(self, origin: Origin, name: str) -> Path:
+        """The absolute path that a name in a layer means, which may lead anywhere.
+
+        What is not beside the layer is looked for in the folders of the search path, and in a package at its top, as
+        USD does. USD's own search path does not count.
+        """
+        near = Path(os.path.normpath(origin.file.parent / name))
+        if os.path.lexists(near) or name.startswith(("./", "../")):
+            return near
+        others = self._reach.search if origin.package is None else (origin.package.folder,)
+        found = (Path(os.path.normpath(folder / name)) for folder in others)
+        return next((path for path in found if os.path.lexists(path)), near)
+
+    def count(self, file: Path, place: str) -> None:
+        """Count a file to the size of the stage; refuse it if it makes that too large."""
+        if file.is_file() and file not in self._known:
+            self._known.add(file)
+            self._bytes += file.stat().st_size
+        if self._bytes > MAXIMUM_STAGE_BYTES or self.layers > MAXIMUM_LAYERS:
+            bounds = f"more than {MAXIMUM_LAYERS} layers or {MAXIMUM_STAGE_BYTES // 2**20} MiB"
+            raise ReadError(rules.READ_TOO_LARGE.at(place, f"the stage consists of {bounds}"))
+
+    def located(self, origin: Origin, name: str, place: str) -> Origin:
+        """The file that a name in a layer means, which lies inside; it need not be there."""
+        path, inner = Ar.SplitPackageRelativePathOuter(Sdf.Layer.SplitIdentifier(name)[0])
+        found = self.inside(origin, path)
+        while found is not None and inner and found.file.exists():
+            path, inner = Ar.SplitPackageRelativePathOuter(inner)
+            package = self._unpacked(found.file, place)
+            file = Reach.only(package.folder).inside(Path(path))
+            found = None if file is None else Origin(file, package)
+        if found is None:
+            message = f"the file '{name}' lies outside the folder being checked"
+            raise ReadError(rules.READ_OUTSIDE.at(place, message))
+        return found
+
+    def inside(self, origin: Origin, name: str) -> Origin | None:
+        """The file that a plain name means; None for one outside. Names in a package mean what is in it."""
+        package = None if Path(name).is_absolute() else origin.package
+        reach = self._reach if package is None else Reach.only(package.folder)
+        file = reach.inside(self.beside(origin, name))
+        return None if file is None else Origin(file, package)
+
+    def whole(self, found: Origin, place: str) -> Origin:
+        """A layer's file: that of a package is its first."""
+        for _ in range(MAXIMUM_DEPTH):
+            if found.file.suffix.lower() != PACKAGE_SUFFIX:
+                return found
+            package = self._unpacked(found.file, place)
+            found = Origin(package.first, package)
+        raise ReadError(too_deep(place))
+
+    def _unpacked(self, path: Path, place: str) -> Package:
+        if path not in self.packages:
+            self.count(path, place)
+            check_file(path, place)
+            folder = self.scratch
+            if self.packages or path != self._path:
+                names = (f"{path.name}.{number}" for number in count(len(self.packages)))
+                places = (self._path.parent, self.scratch)
+                folder /= next(name for name in names if not any((place / name).exists() for place in places))
+                folder.mkdir()
+            self.packages[path] = unpack(path, folder, place)
+        return self.packages[path]
