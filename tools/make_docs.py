@@ -59,6 +59,7 @@ PRODUCTS = {
     "osl-accuracy.md": Product(("-m", "tools.osl_accuracy"), minutes=True),
     **{name: Product((*MRM, "plot", *call.split())) for name, call in FIGURES.items()},
     "figures/photometry.svg": Product((*MRM, *_R_A.split())),
+    "figures/house.svg": Product(("-m", "tools.house", "{file}")),
     "images/classes.png": Product(("-m", "tools.classes_page", "--picture", "{file}"), minutes=True),
     **{f"images/{name}": _PICTURES for name in PICTURES},
 }

@@ -1,4 +1,4 @@
-"""Measured BRDFs and coefficients: readers of the formats they come in, and the material that fits them.
+"""Measured BRDFs and coefficients: readers of the formats they come in.
 
 Angles are in radians, values in 1/sr without the cosine, as everywhere in the package; what a file has otherwise is
 converted by its reader.

@@ -1,4 +1,4 @@
-"""What the package wants of the system, and how it keeps strangers' input from harming it: processes, files, text.
+"""What the package wants of the system, and how it keeps untrusted input from harming it: processes, files, text.
 
 * `limits`: size limits of what is read.
 * `process_limits`: what a process binds itself to: memory, time, and not to outlive who started it.

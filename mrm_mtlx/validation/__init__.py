@@ -1,1 +1,1 @@
-"""Documents go in, verdicts come out: findings, rules, comparison, and the pipeline that ties them together."""
+"""Documents go in, verdicts come out: checks, comparison with the reference, the run over many documents."""
