@@ -128,7 +128,7 @@ def test_control_characters_of_a_stage_reach_no_document(here):
     Path("a.usda").write_text(CONTROLS, encoding="utf-8")
     done = here("convert", "a.usda", "b.mtlx")
     assert done.exit_code == 0
-    assert done.stderr.startswith("warning INTERCHANGE_LOST /M: its doc has control characters")
+    assert done.stderr.startswith("a.usda: warning INTERCHANGE_LOST /M: its doc has control characters")
     assert 'doc="a[31mb"' in Path("b.mtlx").read_text(encoding="utf-8")
     assert here("convert", "b.mtlx", "c.usda").exit_code == 0
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import MaterialX as mx
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from mrm_mtlx.findings.finding import Finding, Rule
+    from mrm_mtlx.findings.source_location import SourceLocation
     from mrm_mtlx.library import DataLibrary
 
 
@@ -43,6 +44,10 @@ class Translation:
         By category, type and inputs of a node: the definition that it gets.
     is_earlier
         Whether the network is of an earlier MaterialX, whose document is to be upgraded.
+    source_of
+        Function from the path of a prim or property, as it is composed now, and its place, to where it is said.
+    sources
+        Where the places are said.
     """
 
     document: mx.Document
@@ -53,6 +58,19 @@ class Translation:
     last: dict[tuple[str, str], str] = field(default_factory=dict)
     definitions: dict[tuple[str, str, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
     is_earlier: bool = False
+    source_of: Callable[[Sdf.Path, str], SourceLocation] | None = None
+    sources: dict[str, SourceLocation] = field(default_factory=dict)
+
+    def noted(self, path: Sdf.Path, place: str) -> str:
+        """A place, of which it is noted where it is said."""
+        if self.source_of is not None and place not in self.sources:
+            self.sources[place] = self.source_of(path, place)
+        return place
+
+    def report(self, rule: Rule, path: Sdf.Path, place: str, message: str, hint: str = "") -> None:
+        """Add a finding."""
+        self.noted(path, place)
+        self.findings.append(replace(rule.at(place, message, hint), source=self.sources.get(place)))
 
     def definition(self, identifier: str) -> Any:
         """The definition of a node, of the version that the network is of; None for none."""
@@ -72,14 +90,16 @@ def translate(into: Translation, material: UsdShade.Material, place: Callable[[S
     version = version_of(material)
     if not is_document_version(version):
         message = f"its version of MaterialX is {shown(version)}; expected one such as '1.39', which is assumed"
-        into.findings.append(rules.INTERCHANGE_LOST.at(place(material.GetPath()), message))
+        into.report(rules.INTERCHANGE_LOST, material.GetPath(), place(material.GetPath()), message)
     if not is_upgraded(version):
         Network(into, material, place).translate()
         return
     document = mx.createDocument()
     document.setDataLibrary(into.library.document)
     document.setColorSpace(into.document.getColorSpace())
-    alone = Translation(document, into.library, into.file_name, findings=into.findings, is_earlier=True)
+    alone = replace(
+        into, document=document, source_locations={}, last={}, definitions={}, is_earlier=True
+    )  # with the same findings and sources
     Network(alone, material, place).translate()
     _add(into, upgraded(document, version, alone.source_locations), alone.source_locations)
 
@@ -171,10 +191,10 @@ class Network:
             self._inputs(*self._waiting.pop())
 
     def _note(self, element: Any, path: Sdf.Path) -> None:
-        self._into.source_locations[element.getNamePath()] = self._place(path)
+        self._into.source_locations[element.getNamePath()] = self._into.noted(path, self._place(path))
 
     def _report(self, rule: Rule, path: Sdf.Path, message: str, hint: str = "") -> None:
-        self._into.findings.append(rule.at(self._place(path), message, hint))
+        self._into.report(rule, path, self._place(path), message, hint)
 
     def _home(self, prim: Usd.Prim) -> Sdf.Path | None:
         """The graph in which a shader stands in the document, None for the document itself."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
@@ -10,6 +11,7 @@ from pxr import Sdf, Tf, Usd, UsdShade
 from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.assets import Assets
+from mrm_mtlx.formats.usd.importer.locations import StageLocations
 from mrm_mtlx.formats.usd.importer.network import Translation, translate
 from mrm_mtlx.formats.usd.importer.validators import validator_findings
 from mrm_mtlx.formats.usd.messages import said
@@ -53,19 +55,21 @@ def _read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Docu
     opened = open_stage(path, reach, scratch, library)
     stage, findings = opened.stage, opened.findings
     assets = Assets(opened)
-    translation = Translation(_document(stage, library), library, assets.name)
+    translation = Translation(_document(stage, library), library, assets.name, source_of=opened.source)
     known = _translate_all(opened, translation)
     findings += _circles(stage)
     with silenced():  # USD prints what it cannot compose, which is said here
         _translate_variants(opened, translation, known)
     findings += translation.findings
     findings += validator_findings(opened, library, assets.seen)
+    findings = [found if found.source else replace(found, source=opened.said_at(found.location)) for found in findings]
     return Document(
         materialx=translation.document,
         path=path,
         reach=assets.reach,
         packed=assets.packed,
         source_locations=translation.source_locations,
+        locations=StageLocations(opened.shown, translation.sources),
         findings=list(dict.fromkeys(findings)),
     )
 
@@ -113,7 +117,7 @@ def _lacks(opened: Stage, material: UsdShade.Material, translation: Translation,
     name = opened.lacking(material.GetPrim())
     if name:
         message = f"the material depends on '{name}', which is not there or is wrong; it is not checked"
-        translation.findings.append(rules.USD_MISSING.at(place, message))
+        translation.report(rules.USD_MISSING, material.GetPath(), place, message)
     return bool(name)
 
 
@@ -125,7 +129,7 @@ def _translate_variants(opened: Stage, translation: Translation, known: dict[Sdf
     for count, (path, variants, variant) in enumerate(_other_variants(stage)):
         if count == MAXIMUM_VARIANTS:
             message = f"of its variants, {MAXIMUM_VARIANTS} are looked at; the others are not checked"
-            translation.findings.append(rules.INTERCHANGE_LOST.at(str(path), message))
+            translation.report(rules.INTERCHANGE_LOST, path, str(path), message)
             return
         selection = f"{{{variants.GetName()}={variant}}}"
         variants.SetVariantSelection(variant)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.findings.finding import Finding, Rule
+    from mrm_mtlx.findings.source_location import SourceLocation
     from mrm_mtlx.formats.usd.opening.stage import Stage
     from mrm_mtlx.library import DataLibrary
 
@@ -40,16 +42,16 @@ def validator_findings(opened: Stage, library: DataLibrary, images: set[Path]) -
             errors = UsdValidation.ValidationContext(_validators()).Validate(opened.stage)
         except Tf.ErrorException as stopped:
             return [rules.USD_VALIDATOR.at("", f"USD's validators stopped: {said(stopped)}")]
-    found: dict[tuple[Rule, str], set[tuple[str, str]]] = {}
+    found: dict[tuple[Rule, str], dict[tuple[str, str], SourceLocation | None]] = {}
     for error in errors:
         rule = _RULES.get(error.GetType())
         if rule is not None and not _is_known(error, library, opened):
             message = _ABSOLUTE.sub(r"'\1'", said(error.GetMessage()))
-            found.setdefault((rule, error.GetIdentifier()), set()).add((_place(error), message))
-    for kind, place, text in opened.problems(images):
-        found.setdefault((rules.USD_VALIDATOR, kind), set()).add((place, text))
+            found.setdefault((rule, error.GetIdentifier()), {})[_place(error), message] = None
+    for kind, source, text in opened.problems(images):
+        found.setdefault((rules.USD_VALIDATOR, kind), {})[source.prim or "", text] = source
     kinds = sorted(found, key=lambda kind: (kind[0].code, kind[1]))
-    return [each for kind in kinds for each in _listed(*kind, sorted(found[kind]))]
+    return [each for kind in kinds for each in _listed(*kind, found[kind])]
 
 
 _RULES = {
@@ -93,8 +95,8 @@ def _place(error: Any) -> str:
     return ""
 
 
-def _listed(rule: Rule, kind: str, found: list[tuple[str, str]]) -> Iterator[Finding]:
-    for place, message in found[:MAXIMUM_OF_A_KIND]:
-        yield rule.at(place, f"{kind}: {message}")
+def _listed(rule: Rule, kind: str, found: dict[tuple[str, str], SourceLocation | None]) -> Iterator[Finding]:
+    for place, message in sorted(found)[:MAXIMUM_OF_A_KIND]:
+        yield replace(rule.at(place, f"{kind}: {message}"), source=found[place, message])
     if len(found) > MAXIMUM_OF_A_KIND:
         yield rule.at("", f"{kind}: {len(found) - MAXIMUM_OF_A_KIND} more of the same")

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.documents.files import Reach
     from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.findings.source_location import SourceLocation
     from mrm_mtlx.library import DataLibrary
 
 # What USD's validator of names says of one that leads to no file.
@@ -81,14 +82,35 @@ class Stage:
             prim = self.stage.GetPrimAtPath(path.GetPrimPath())
         return self.lacking(prim) if prim and not prim.IsPseudoRoot() else ""
 
-    def problems(self, images: set[Path]) -> Iterator[tuple[str, str, str]]:
-        """What those of USD's validators that open files would say: kind, place and message; not of `images`."""
-        for package in self._files.packages.values():
+    @property
+    def shown(self) -> str:
+        """The path of the stage as findings show it."""
+        return self._files.shown
+
+    def source(self, path: Sdf.Path, place: str) -> SourceLocation:
+        """Where a prim or property is said that is called `place` in findings: the strongest layer that has it."""
+        stands = self.stage.GetPropertyAtPath(path) if path.IsPropertyPath() else None
+        prim = self.stage.GetPrimAtPath(path.GetPrimPath())
+        specs = (stands.GetPropertyStack() if stands else ()) or (prim.GetPrimStack() if prim else ())
+        origins = (self._layers.origins.get(spec.layer.identifier) for spec in specs)
+        return self._files.source(next(filter(None, origins), None), place)
+
+    def said_at(self, place: str) -> SourceLocation:
+        """The same of what stands at a place of the stage as it is; in a variant, the layer is not known."""
+        path = Sdf.Path(place) if place.startswith("/") and Sdf.Path.IsValidPathString(place) else Sdf.Path.emptyPath
+        if path.isEmpty or path.ContainsPrimVariantSelection():
+            return self._files.source(None, place)
+        return self.source(path, place)
+
+    def problems(self, images: set[Path]) -> Iterator[tuple[str, SourceLocation, str]]:
+        """What those of USD's validators that open files would say: kind, source and message; not of `images`."""
+        for path, package in self._files.packages.items():
             for kind, message in package.problems:
-                yield kind, "", message
+                yield kind, self._files.source(self._files.origin(path), ""), message
         for file, (place, name) in self._layers.values.unresolved.items():
             if file not in images:
-                yield _UNRESOLVED, place, f"Found unresolvable external dependency '{name}'."
+                source = self._files.source(self._layers.naming.get(file), place)
+                yield _UNRESOLVED, source, f"Found unresolvable external dependency '{name}'."
 
 
 def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary) -> Stage:
@@ -108,7 +130,7 @@ def open_stage(path: Path, reach: Reach, scratch: Path, library: DataLibrary) ->
     ReadError
         If a file of it cannot be read or lies outside, or if it is too large.
     """
-    files = StageFiles(path.resolve(), reach, scratch.resolve())
+    files = StageFiles(path.resolve(), reach.shown(path), reach, scratch.resolve())
     layers = StageLayers(files, library)
     with silenced():
         layer = layers.read()

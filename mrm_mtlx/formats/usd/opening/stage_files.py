@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import posixpath
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -12,6 +13,7 @@ from pxr import Ar, Sdf
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.formats.usd.opening.composition_size import MAXIMUM_DEPTH, too_deep
 from mrm_mtlx.formats.usd.opening.layers import MAXIMUM_STAGE_BYTES, PACKAGE_SUFFIX, check_file
 from mrm_mtlx.formats.usd.opening.packages import Package, unpack
@@ -32,6 +34,8 @@ class StageFiles:
 
     Attributes
     ----------
+    shown
+        The path of the stage as findings show it.
     scratch
         Packages are unpacked there.
     packages
@@ -42,8 +46,9 @@ class StageFiles:
         The number of layers that have been read.
     """
 
-    def __init__(self, path: Path, reach: Reach, scratch: Path) -> None:
+    def __init__(self, path: Path, shown: str, reach: Reach, scratch: Path) -> None:
         self._path, self._reach, self.scratch = path, reach.at(path.parent), scratch
+        self.shown = shown
         self.packages: dict[Path, Package] = {}
         self.first_package: Package | None = None
         self.layers = 0
@@ -80,6 +85,31 @@ class StageFiles:
         others = self._reach.search if origin.package is None else (origin.package.folder,)
         found = (Path(os.path.normpath(folder / name)) for folder in others)
         return next((path for path in found if os.path.lexists(path)), near)
+
+    def origin(self, file: Path) -> Origin:
+        """A file with the package that it was unpacked from, if it was."""
+        around = [package for package in self.packages.values() if file.is_relative_to(package.folder)]
+        return Origin(file, max(around, key=lambda package: len(package.folder.parts), default=None))
+
+    def source(self, origin: Origin | None, place: str) -> SourceLocation:
+        """A place in a layer, or in one that is not known."""
+        file, layer = self._names(origin) if origin else (self.shown, None)
+        return SourceLocation(file, layer=layer, prim=place if place.startswith("/") else "")
+
+    def _names(self, origin: Origin) -> tuple[str, str]:
+        """The path of a layer's file as findings show it, or of the package around it; and the layer's name."""
+        file, package = origin.file, origin.package
+        if package is not None:
+            outer = self.origin(next(path for path, known in self.packages.items() if known is package))
+            name, layer = self._names(outer)
+            return name, f"{layer}[{file.relative_to(package.folder).as_posix()}]"
+        if file == self._path:
+            name = self.shown
+        elif file.is_relative_to(self._path.parent):
+            name = posixpath.join(posixpath.dirname(self.shown), file.relative_to(self._path.parent).as_posix())
+        else:
+            name = self._reach.shown(file)
+        return name, name
 
     def count(self, file: Path, place: str) -> None:
         """Count a file to the size of the stage; refuse it if it makes that too large."""

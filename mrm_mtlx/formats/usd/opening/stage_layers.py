@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.formats.usd.opening.layers import Opened
     from mrm_mtlx.formats.usd.opening.stage_files import StageFiles
     from mrm_mtlx.library import DataLibrary
 
@@ -34,6 +38,8 @@ class StageLayers:
         Where each comes from, by its identifier.
     values
         What was found among their values.
+    naming
+        Which of them names a file among its values that leads nowhere.
     placeholders
         Those that stand for files that are not opened.
     findings
@@ -47,6 +53,7 @@ class StageLayers:
         self._acyclic: set[str] = set()
         self.origins: dict[str, Origin] = {}
         self.values = AssetValues(files)
+        self.naming: dict[Path, Origin] = {}
         self.placeholders = Placeholders()
         self.findings: list[Finding] = self.values.findings
 
@@ -58,18 +65,38 @@ class StageLayers:
         ReadError
             See `stage.open_stage`.
         """
-        first = self._files.first()
-        waiting = [(first, "")]
-        while waiting:
-            origin, place = waiting.pop()
-            if str(origin.file) not in self._layers:
-                waiting += self._read(origin, place)
-        for name in self._layers:
-            self._refuse_circles(name, ())
-        refuse_large(self._layers)
-        for entry in self._layers.values():
-            self._connect(entry)
+        with self._told_of(None):
+            first = self._files.first()
+            waiting: list[tuple[Origin, str, Origin | None]] = [(first, "", None)]
+            while waiting:
+                origin, place, naming = waiting.pop()
+                if str(origin.file) not in self._layers:
+                    with self._told_of(naming):
+                        self._files.count(origin.file, place)
+                        opened = open_layer(origin.file, place)
+                    with self._told_of(origin):
+                        waiting += [(*named, origin) for named in self._read(origin, opened)]
+            for name in self._layers:
+                self._refuse_circles(name, ())
+            refuse_large(self._layers)
+            for entry in self._layers.values():
+                self._connect(entry)
         return self._layers[str(first.file)].layer
+
+    @contextmanager
+    def _told_of(self, origin: Origin | None) -> Iterator[None]:
+        """What is found within is found in a layer."""
+        told, unresolved = len(self.findings), len(self.values.unresolved)
+        try:
+            yield
+        except ReadError as error:
+            raise ReadError(self._located(error.finding, origin)) from error
+        self.findings[told:] = [self._located(found, origin) for found in self.findings[told:]]
+        if origin is not None:
+            self.naming |= dict.fromkeys(islice(self.values.unresolved, unresolved, None), origin)
+
+    def _located(self, found: Finding, origin: Origin | None) -> Finding:
+        return found if found.source else replace(found, source=self._files.source(origin, found.location))
 
     def _add(self, origin: Origin, layer: Sdf.Layer) -> Layer:
         """Note a layer that was read."""
@@ -78,10 +105,8 @@ class StageLayers:
         self._files.layers = len(self._layers)
         return entry
 
-    def _read(self, origin: Origin, place: str) -> list[tuple[Origin, str]]:
-        """Read a layer, and return those that it names, with where it does; the last is to be opened first."""
-        self._files.count(origin.file, place)
-        opened = open_layer(origin.file, place)
+    def _read(self, origin: Origin, opened: Opened) -> list[tuple[Origin, str]]:
+        """Look at a layer, and return those that it names, with where it does; the last is to be opened first."""
         entry = self._add(origin, opened.layer)
         refuse_expressions(opened.layer)
         waiting: list[tuple[Origin, str]] = []
