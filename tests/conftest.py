@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +12,6 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines import gl as gl_engine
-from mrm_mtlx.engines import osl as osl_engine
 from mrm_mtlx.library import DataLibrary, Origin, load_library
 from mrm_mtlx.validation.collecting import collect
 from mrm_mtlx.validation.document import check_document
@@ -24,7 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.engines.base import Availability
     from mrm_mtlx.validation.results import DocumentResult
 
 # The tools lie beside the package, which may be an installed one: it comes first. Worker processes take the path over.
@@ -33,6 +29,7 @@ sys.path.append(str(Path(__file__).parents[1]))
 pytest_plugins = [
     "tests.fixtures.checks",
     "tests.fixtures.commands",
+    "tests.fixtures.drivers",
     "tests.fixtures.files",
     "tests.fixtures.material",
     "tests.fixtures.plugins",
@@ -146,39 +143,6 @@ def check(settings: Callable[..., ValidationOptions]) -> Callable[..., list[Docu
         return missing + [check_document(request) for request in requests]
 
     return run
-
-
-@pytest.fixture(scope="session")
-def gl() -> Availability:
-    """The OpenGL engine. Absent, it skips; absent or another one than MRM_EXPECT_GL names, it fails."""
-    state = gl_engine.availability()
-    expected = os.environ.get("MRM_EXPECT_GL", "")
-    if expected and not (state.available and expected in state.detail):
-        pytest.fail(f"MRM_EXPECT_GL asks for '{expected}', found: {state.detail}", pytrace=False)
-    if not state.available:
-        pytest.skip(f"OpenGL engine not available: {state.detail}; {state.remedy}")
-    return state
-
-
-@pytest.fixture(scope="session")
-def cycles() -> Availability:
-    """The OSL runtime. Absent, it skips, or fails where MRM_EXPECT_OSL is set."""
-    state = osl_engine.availability()
-    if not state.available and os.environ.get("MRM_EXPECT_OSL"):
-        pytest.fail(f"MRM_EXPECT_OSL asks for the OSL runtime, found: {state.detail}", pytrace=False)
-    if not state.available:
-        pytest.skip(f"OSL runtime not available: {state.detail}; {state.remedy}")
-    return state
-
-
-@pytest.fixture
-def gl_clean(gl: Availability) -> Iterator[Availability]:
-    """The OpenGL engine, with no error pending in the driver before the test and none after it."""
-    from mrm_mtlx.engines.gl.context import context
-
-    assert context().error == "GL_NO_ERROR"
-    yield gl
-    assert context().error == "GL_NO_ERROR"
 
 
 @pytest.fixture

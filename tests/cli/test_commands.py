@@ -345,6 +345,8 @@ def damaged(repository, tmp_path):
     return copy
 
 
+# Every shader anew, twenty seconds; the exit status is tried below as well, and wrong libraries in tests/conformance.
+@pytest.mark.large
 def test_1_a_node_library_that_is_wrong_fails_conformance(mrm, damaged, gl):
     folder = damaged("lib/mrm_retroreflection.glsl", "reflect(-closureData.V, N)", "-closureData.V")
     done = mrm("conformance", "--samples", "256", "--target", "glsl", "--format", "json", cwd=folder)

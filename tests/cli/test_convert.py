@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 import textwrap
 from functools import partial
 from pathlib import Path
@@ -21,9 +20,9 @@ def here(in_process, tmp_path):
     return partial(in_process, "convert")
 
 
-def test_the_commands_of_the_page_run_and_it_shows_what_they_write(here, repository):
+def test_the_commands_of_the_page_run_and_it_shows_what_they_write(here, repository, page_commands):
     text = (repository / "docs" / "openmaterial.md").read_text(encoding="utf-8")
-    write, merge, compare = (shlex.split(line) for line in re.findall(r"^    mrm convert (.*)$", text, re.MULTILINE))
+    write, merge, compare = (arguments for name, *arguments in page_commands("openmaterial.md") if name == "convert")
     done = here(*write)
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "wrote tape.json\n")
     shown = re.search(r"^    \{.*?^    \}$", text, re.MULTILINE | re.DOTALL)[0]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
-import shlex
 
 import numpy as np
 import OpenImageIO as oiio
@@ -96,16 +94,14 @@ def test_what_has_no_form_is_an_error_and_nothing_is_written(in_process, tmp_pat
     assert not (tmp_path / "shoe.glb").exists()
 
 
-def test_the_commands_of_the_page_run(gl, in_process, collar, tmp_path, repository):
+def test_the_commands_of_the_page_run(gl, in_process, collar, tmp_path, repository, page_commands):
     (tmp_path / "materials").symlink_to(repository / "materials")
-    page = (repository / "docs" / "gltf.md").read_text(encoding="utf-8")
-    commands = re.findall(r"^    mrm (.*)$", page, re.MULTILINE)
+    commands = page_commands("gltf.md")
     assert len(commands) == 5
     small = {"validate": UNRUN, "render": ("--size", 32)}
-    for command in commands:
-        name, *arguments = shlex.split(command)
+    for name, *arguments in commands:
         done = in_process(name, *arguments, *small.get(name, ()))
-        assert done.exit_code in ((0, 3) if name == "validate" else (0,)), (command, done.output)
+        assert done.exit_code in ((0, 3) if name == "validate" else (0,)), (name, arguments, done.output)
     for name in ("materials.mtlx", "model.png", "again.gltf", "again.bin", "collar.glb"):
         assert (tmp_path / name).stat().st_size > 0
     again = json.loads((tmp_path / "again.gltf").read_text())["materials"]

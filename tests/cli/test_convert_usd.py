@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import shlex
 import shutil
 from pathlib import Path
 
@@ -25,9 +23,8 @@ def here(in_process, tmp_path):
     return in_process
 
 
-def test_the_commands_of_the_page_run(here, repository, gl):
-    text = (repository / "docs" / "usd.md").read_text(encoding="utf-8")
-    commands = [shlex.split(line) for line in re.findall(r"^    mrm (.*)$", text, re.MULTILINE)]
+def test_the_commands_of_the_page_run(here, page_commands, gl):
+    commands = page_commands("usd.md")
     assert {command[0] for command in commands} >= {"convert", "validate", "render", "library"}
     for command in commands:
         small = {"validate": ["--samples", "64", "--target", "glsl", "-j", "1"], "render": ["--size", "16"]}

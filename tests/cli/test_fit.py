@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from functools import partial
 
 import MaterialX as mx
@@ -166,16 +165,11 @@ def test_a_name_with_control_characters_does_not_reach_the_document(called, tabl
 # The page
 
 
-def commands_of_the_page(repository):
-    text = (repository / "docs" / "fitting.md").read_text(encoding="utf-8")
-    return [shlex.split(line) for line in re.findall(r"^    mrm (.*)$", text, re.MULTILINE)]
-
-
-def test_the_commands_of_the_page_run(in_process, gl, repository, tmp_path, table):
+def test_the_commands_of_the_page_run(in_process, gl, page_commands, tmp_path, table):
     # Small data under the names on the page: the tape itself is not the project's, and its whole fit takes 15 s.
     for name, column in (("data.csv", "f_per_sr"), ("retro_3m_yellow.dat", "f_cos_l_per_sr")):
         (tmp_path / name).write_text(table.replace("f_per_sr", column), encoding="utf-8")
-    found = commands_of_the_page(repository)
+    found = page_commands("fitting.md")
     assert len(found) == 7
     for arguments in found:
         if arguments[0] == "render":
@@ -197,8 +191,8 @@ def test_the_tables_of_the_page_are_read(called, repository, tmp_path):
         assert len(read(path)) == 2
 
 
-def figures_of_the_paper_command(called, repository):
-    (arguments,) = (words for words in commands_of_the_page(repository) if "paper" in words)
+def figures_of_the_paper_command(called, page_commands):
+    (arguments,) = (words for words in page_commands("fitting.md") if "paper" in words)
     report = json.loads(called(*arguments[1:], "--format", "json").stdout)
     found = {row["name"]: row for row in report["parameters"]}
     alpha, color = found["lobe.alpha"], found["lobe.color0"]
@@ -206,17 +200,17 @@ def figures_of_the_paper_command(called, repository):
     return (roughness, alpha["error"] / (2.0 * roughness)), (color["value"], color["error"])
 
 
-def test_the_paper_command_of_the_page_finds_the_lobe_of_a_tape(called, repository, tape_file, tmp_path):
+def test_the_paper_command_of_the_page_finds_the_lobe_of_a_tape(called, page_commands, tape_file, tmp_path):
     (tmp_path / "retro_3m_yellow.dat").symlink_to(tape_file)
-    (roughness, its_error), (color, _) = figures_of_the_paper_command(called, repository)
+    (roughness, its_error), (color, _) = figures_of_the_paper_command(called, page_commands)
     # Of the fixture, through a film and by the wrong cosine, at most a tenth off near the peak.
     assert roughness == pytest.approx(0.23, abs=0.02)
     assert 0.0 < its_error < 0.02
     assert color == pytest.approx(0.19, abs=0.04)
 
 
-def test_the_paper_command_of_the_page_finds_its_figures(called, repository, shared, tmp_path):
+def test_the_paper_command_of_the_page_finds_its_figures(called, page_commands, shared, tmp_path):
     (tmp_path / "retro_3m_yellow.dat").symlink_to(shared / "measured" / "retro_3m_yellow.dat")
-    figures = figures_of_the_paper_command(called, repository)
+    figures = figures_of_the_paper_command(called, page_commands)
     # As printed on the page.
     assert [f"{value:.3f} ± {error:.3f}" for value, error in figures] == ["0.230 ± 0.005", "0.188 ± 0.011"]

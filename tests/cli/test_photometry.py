@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from functools import partial
 from pathlib import Path
 
@@ -222,28 +221,27 @@ def test_a_picture_is_drawn_of_one_surface(here, white, tmp_path):
     assert not (tmp_path / "both.svg").exists()
 
 
-def commands_of_the_page(repository):
-    """Arguments of the commands on docs/photometry.md."""
-    text = (repository / "docs" / "photometry.md").read_text(encoding="utf-8")
-    return [shlex.split(line) for line in re.findall(r"^    mrm photometry (.*)$", text, re.MULTILINE)]
+@pytest.fixture
+def on_the_page(page_commands):
+    """Arguments of each `mrm photometry` on its page."""
+    return [arguments for name, *arguments in page_commands("photometry.md") if name == "photometry"]
 
 
-def test_the_commands_of_the_page_run(here, repository, tmp_path):
+def test_the_commands_of_the_page_run(here, on_the_page, tmp_path):
     (tmp_path / "materials").symlink_to(MATERIALS)
-    found = commands_of_the_page(repository)
-    assert len(found) >= 10
-    for arguments in found:
+    assert len(on_the_page) >= 10
+    for arguments in on_the_page:
         done = here(*arguments)
         # 1 where a class is not met, which is an answer too.
         assert done.exit_code in (0, 1), done.stderr
         assert "not measured" not in done.stdout
 
 
-def test_the_report_on_the_page_is_what_the_command_prints(here, repository, tmp_path):
+def test_the_report_on_the_page_is_what_the_command_prints(here, on_the_page, repository, tmp_path):
     (tmp_path / "materials").symlink_to(MATERIALS)
     text = (repository / "docs" / "photometry.md").read_text(encoding="utf-8")
     printed = re.search(r"\nprints\n\n((?:    .*\n|\n)*)", text)[1].strip("\n").splitlines()
-    found = here(*commands_of_the_page(repository)[0]).stdout.splitlines()
+    found = here(*on_the_page[0]).stdout.splitlines()
     assert [line.removeprefix("    ") for line in printed] == [line.rstrip() for line in found]
 
 

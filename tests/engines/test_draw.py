@@ -10,6 +10,7 @@ import pytest
 
 from mrm_mtlx.engines.base import CompileError, DirectionalLight, Environment, Lighting, PointLight
 from mrm_mtlx.engines.gl import SurfaceProgram
+from mrm_mtlx.engines.gl.context import context
 
 UNIT = 2.0**-24
 
@@ -258,3 +259,11 @@ def test_a_program_is_released_with_its_block_and_the_driver_has_no_complaint(ma
             drawn = linked.draw({"i_geomprop_glow": [glow]}, Lighting())
         gc.collect()
         assert drawn[0, :3].tolist() == glow
+
+
+def test_an_error_that_is_left_in_the_driver_is_seen_and_told_once(gl_clean):
+    texture = context().texture((1, 1), 4)
+    texture.use(location=10**6)  # no driver has so many units
+    assert pending_error() != "GL_NO_ERROR"
+    assert pending_error() == "GL_NO_ERROR"
+    texture.release()

@@ -230,15 +230,7 @@ def test_an_absent_runtime_is_skipped_with_its_reason_unless_it_is_expected(repo
     assert "MRM_EXPECT_OSL asks for the OSL runtime, found: bpy does not run: " in failed
 
 
-def python(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Another interpreter with this environment on top."""
-    return subprocess.run(
-        [sys.executable, *arguments], env={**os.environ, **environment},
-        capture_output=True, text=True, check=False, timeout=TIME_LIMIT_S,
-    )  # fmt: skip
-
-
-def test_bpy_is_never_imported_into_this_process(cycles, tmp_path):
+def test_bpy_is_never_imported_into_this_process(python, cycles, tmp_path):
     code = (
         "import sys, numpy; from mrm_mtlx.engines import osl\n"
         f"shader = osl.compile_for_cycles({WHITE!r}, 'white')\n"
@@ -250,7 +242,7 @@ def test_bpy_is_never_imported_into_this_process(cycles, tmp_path):
     assert done.stdout.split("\n")[0] == "(1, 1, 3)"
 
 
-def test_a_module_of_blenders_in_this_process_would_be_seen(cycles, tmp_path):
+def test_a_module_of_blenders_in_this_process_would_be_seen(python, cycles, tmp_path):
     code = "import sys; sys.modules['_cycles'] = sys; print(*sorted({'bpy', '_cycles'} & set(sys.modules)))"
     assert python("-c", code).stdout == "_cycles\n"
 
@@ -413,7 +405,7 @@ def test_a_server_whose_user_was_killed_in_the_middle_of_a_request_removes_its_f
 
 
 @linux
-def test_the_workers_of_a_run_over_documents_leave_no_folder(cycles, temporary, repository):
+def test_the_workers_of_a_run_over_documents_leave_no_folder(python, cycles, temporary, repository):
     documents = [str(repository / "materials" / f"{name}.mtlx") for name in ("cats_eye", "shoe_trim")]
     done = python("-m", "mrm_mtlx.cli.main", "validate", *documents, "--target", "osl", "--jobs", "2")
     assert done.returncode == 0, done.stdout + done.stderr
@@ -484,7 +476,7 @@ def test_a_picture_that_does_not_fit_on_the_disk_is_a_runtime_failure(cycles, ro
 
 
 @pytest.mark.parametrize("content", [b"", b"half of a picture"])
-def test_a_picture_that_cannot_be_read_leaves_no_words_for_the_end_of_the_process(tmp_path, content):
+def test_a_picture_that_cannot_be_read_leaves_no_words_for_the_end_of_the_process(python, tmp_path, content):
     (tmp_path / "half.exr").write_bytes(content)
     code = (
         "import sys, pathlib\n"

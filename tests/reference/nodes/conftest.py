@@ -355,3 +355,14 @@ def evaluated(library: DataLibrary, make_document) -> Callable[..., Array]:
         return np.array([Surface(document.getNode(f"s{k}")).shade(points)[0] for k in range(len(sheet.stretches))])
 
     return shade
+
+
+@pytest.fixture
+def excess(compared: Callable[..., tuple[Tolerance, Array]]) -> Callable[..., Array]:
+    """As the module's `compared`: error over allowance per sample."""
+
+    def compare(*args: Any, **options: Any) -> Array:
+        tolerance, found = compared(*args, **options)
+        return tolerance.excess(found)
+
+    return compare

@@ -149,17 +149,6 @@ def compared(gl_clean, make_document, library):
     return compare
 
 
-@pytest.fixture
-def excess(compared):
-    """As `compared`: error over allowance per sample."""
-
-    def compare(*args, **options):
-        tolerance, found = compared(*args, **options)
-        return tolerance.excess(found)
-
-    return compare
-
-
 SIZES = {"linear": (5, 7), "closest": (8, 4), "cubic": (1, 3)}
 
 

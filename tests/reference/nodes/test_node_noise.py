@@ -90,17 +90,6 @@ def drawn_at(gl_clean, make_document, library):
     return compare
 
 
-@pytest.fixture
-def excess(compared):
-    """As `compared`: error over allowance per sample."""
-
-    def compare(*args, **options):
-        tolerance, found = compared(*args, **options)
-        return tolerance.excess(found)
-
-    return compare
-
-
 VECTORS = ("vector2", "vector3", "vector4")
 OCTAVES = {"octaves": "integer:4", "lacunarity": "float:2.17", "diminish": "float:0.6"}
 NOISES = [
