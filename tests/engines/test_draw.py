@@ -11,6 +11,7 @@ import pytest
 from mrm_mtlx.engines.base import CompileError, DirectionalLight, Environment, Lighting, PointLight
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.engines.gl.context import context
+from tests.fixtures.drivers import pending_error
 
 UNIT = 2.0**-24
 
