@@ -41,6 +41,7 @@ PAGES = (
     "docs/reliability.md",
     "docs/usd.md",
     "materials/README.md",
+    "tools/README.md",
 )
 # The commands of these are run elsewhere, in the process of the tests: a second less each.
 ELSEWHERE = {

@@ -58,3 +58,17 @@ def test_every_decision_is_listed_under_its_title(repository: Path) -> None:
         assert text.startswith(f"# {number}. {title}\n")
         assert path.name.startswith(f"{int(number):04}-")
         assert [f"**{part}.**" in text for part in ("Context", "Decision", "Consequence")] == [True] * 3
+
+
+def test_places_that_the_page_of_development_names_are_there(repository: Path) -> None:
+    text = (repository / "docs/development.md").read_text(encoding="utf-8")
+    # Of names in backticks, those of files and folders: from the root of the checkout, of the package, or of a room.
+    named = {name for name in re.findall(r"`([\w./]+)`", text) if "/" in name or name.endswith((".py", ".csv", ".txt"))}
+    assert len(named) > 40
+    package = repository / "mrm_mtlx"
+    folders = (repository, package, repository / "tests/library", package / "standards/data")
+    absent = [name for name in named if not any((folder / name).exists() for folder in folders)]
+    assert absent == ["tests/rules/CODE/"]
+    modules = set(re.findall(r"`((?:validation|documents|formats)\.\w+)", text))
+    assert len(modules) > 5
+    assert [name for name in modules if not list(package.glob(f"{name.replace('.', '/')}*"))] == []
