@@ -15,8 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mrm_mtlx import bsdf as bsdf
+    from mrm_mtlx.api.conformance import conformance as conformance
     from mrm_mtlx.api.convert import compare as compare
     from mrm_mtlx.api.convert import convert as convert
+    from mrm_mtlx.api.doctor import CoverageReport as CoverageReport
+    from mrm_mtlx.api.doctor import coverage as coverage
+    from mrm_mtlx.api.doctor import doctor as doctor
     from mrm_mtlx.api.errors import (
         DataError as DataError,
     )
@@ -56,8 +60,12 @@ if TYPE_CHECKING:
     from mrm_mtlx.api.photometry import photometry as photometry
     from mrm_mtlx.api.plot import plot as plot
     from mrm_mtlx.api.plot import plot_figures as plot_figures
+    from mrm_mtlx.api.render import Picture as Picture
+    from mrm_mtlx.api.render import render as render
     from mrm_mtlx.api.rules import rules as rules
     from mrm_mtlx.api.rules import rules_page as rules_page
+    from mrm_mtlx.api.validate import check as check
+    from mrm_mtlx.api.validate import validate as validate
     from mrm_mtlx.api.vectors import vectors as vectors
     from mrm_mtlx.library.paths import (
         class_materials_folder as class_materials_folder,
@@ -76,7 +84,9 @@ __version__ = "0.2.0"
 
 # The public names, by the module that has them.
 _MODULES = {
+    "mrm_mtlx.api.conformance": ("conformance",),
     "mrm_mtlx.api.convert": ("compare", "convert"),
+    "mrm_mtlx.api.doctor": ("CoverageReport", "coverage", "doctor"),
     "mrm_mtlx.api.errors": (
         "DataError", "DocumentError", "MrmError", "NoReferenceError", "NoValueError", "NothingToConvertError",
         "NothingToRenderError",        "ShaderError", "UnavailableError",
@@ -88,7 +98,9 @@ _MODULES = {
     "mrm_mtlx.api.photometry": ("list_standards", "photometry"),
     "mrm_mtlx.api.plot": ("plot", "plot_figures"),
     "mrm_mtlx.api.opening": ("OpenDocument", "open_document"),
+    "mrm_mtlx.api.render": ("Picture", "render"),
     "mrm_mtlx.api.rules": ("rules", "rules_page"),
+    "mrm_mtlx.api.validate": ("check", "validate"),
     "mrm_mtlx.api.vectors": ("vectors",),
     "mrm_mtlx.library.paths": ("class_materials_folder", "materials_folder", "node_library_folder"),
     "mrm_mtlx.reference": ("ShadingPoints", "Surface"),

@@ -149,7 +149,7 @@ def fit(
     of_coefficients: dict[str, Any] = {"tint": tint, "base": base}
     of_both: dict[str, Any] = {"criterion": criterion, "loss": loss, "loss_scale": loss_scale}
     _check(of_data, of_both, seed)
-    target = None if output is None else Path(output)
+    target = _document_path(output)
     if plot is not None:
         from mrm_mtlx.plots.style import check_picture
 
@@ -205,10 +205,11 @@ def fit_class(
     from mrm_mtlx.fitting import class_report
     from mrm_mtlx.system.writing import write_text
 
+    target = _document_path(output)
     found = class_report.fit_class(class_name, color, standard)
-    if output is not None:
-        write_text(Path(output), found.document)
-        listener.wrote(Path(output))
+    if target is not None:
+        write_text(target, found.document)
+        listener.wrote(target)
     return found
 
 
@@ -244,6 +245,17 @@ def _check(of_data: Mapping[str, Any], of_both: Mapping[str, Any], seed: int) ->
         check_positive(argument, of_data[argument])
     check_positive("loss_scale", of_both["loss_scale"])
     check_range("seed", seed, 0)
+
+
+def _document_path(output: PathLike | None) -> Path | None:
+    """Where a document is written; no name that promises something else."""
+    if output is None:
+        return None
+    path = Path(output)
+    if path.suffix.lower() not in ("", ".mtlx"):
+        msg = f"{path}: a MaterialX document is written; expected a name that ends in .mtlx"
+        raise ArgumentError(msg, "output")
+    return path
 
 
 def _options(loss: str | None, scale: float | None, seed: int, default: str) -> FitOptions:

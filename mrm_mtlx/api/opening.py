@@ -162,7 +162,7 @@ def open_document(
     from mrm_mtlx.library import Origin, load_library
 
     check_choice("library", library, ("mrm", "upstream"))
-    roots = _folders(root)
+    roots = folders(root)
     path = Path(path)
     child.opening(path)
     if path.is_dir():
@@ -177,7 +177,7 @@ def open_document(
 
 
 def documents_of(
-    paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument],
+    paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument], exclude: Sequence[str] = ()
 ) -> list[Path | OpenDocument]:
     """Each document once, those of folders in order.
 
@@ -190,7 +190,7 @@ def documents_of(
 
     found: list[Path | OpenDocument] = []
     for path in _several(paths):
-        found += documents_of(path) if isinstance(path, Path) and path.is_dir() else [path]
+        found += documents_of(path, exclude) if isinstance(path, Path) and path.is_dir() else [path]
     if not found and not paths:
         msg = "expected a document"
         raise ArgumentError(msg, "paths")
@@ -203,13 +203,29 @@ def _several(paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument])
     return [one if isinstance(one, OpenDocument) else Path(one) for one in listed]
 
 
-def _folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
-    folders = tuple(map(Path, root))
-    for folder in folders:
+def paths_of(paths: PathLike | Sequence[PathLike]) -> list[Path]:
+    """Paths, of one or more."""
+    listed = [paths] if isinstance(paths, str | os.PathLike) else paths
+    if not listed:
+        msg = "expected a document or a folder"
+        raise ArgumentError(msg, "paths")
+    return [Path(path) for path in listed]
+
+
+def folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
+    """Folders that exist.
+
+    Raises
+    ------
+    ArgumentError
+        If one does not.
+    """
+    found = tuple(map(Path, root))
+    for folder in found:
         if not folder.is_dir():
             msg = f"{folder}: expected a folder that exists"
             raise ArgumentError(msg, "root")
-    return folders
+    return found
 
 
 def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Document | None, list[Finding]]:

@@ -40,6 +40,7 @@ def photometry(
     element: str | None = None,
     plot: PathLike | None = None,
     root: Sequence[PathLike] = (),
+    exclude: Sequence[str] = (),
     listener: Listener = SILENT,
 ) -> PhotometryReport:
     """Measure documents in the geometries of a standard's class, beside its limits.
@@ -70,6 +71,8 @@ def photometry(
         A picture of one surface to write, if any: .png, .svg or .pdf.
     root
         Folders from which files may be read besides each document's own.
+    exclude
+        Patterns of files and folders that are passed over where a folder is searched.
     listener
         Told of findings, of documents that are left out, and of the picture.
 
@@ -90,7 +93,7 @@ def photometry(
 
         check_picture(Path(plot), "plot")
     run = _Run(limits, options, grid, listener)
-    documents = tuple(run.document(path, element, root) for path in documents_of(paths))
+    documents = tuple(run.document(path, element, root) for path in documents_of(paths, exclude))
     if plot is not None:
         run.draw(Path(plot))
     return PhotometryReport(documents, tuple(limits), options)

@@ -16,23 +16,9 @@ from mrm_mtlx.system.text import printable
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
-    from typing import TextIO
-
-    from rich.console import Console
 
     from mrm_mtlx.api.errors import MrmError
     from mrm_mtlx.findings.finding import Finding
-
-# Width of tables where the output is not a terminal: wide enough that nothing wraps.
-_WIDE = 200
-
-
-def console(stream: TextIO | None = None) -> Console:
-    """A console on stdout or a stream; colours and the width of a terminal only on one, NO_COLOR honoured."""
-    from rich.console import Console
-
-    target = stream or sys.stdout
-    return Console(file=target, highlight=False, soft_wrap=True, width=None if target.isatty() else _WIDE)
 
 
 class Terminal(Listener):

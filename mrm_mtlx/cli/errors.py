@@ -7,9 +7,9 @@ import re
 from typing import TYPE_CHECKING, Any, NoReturn, get_type_hints
 
 import typer
-from typer.models import ArgumentInfo, OptionInfo
 
 from mrm_mtlx.api import errors
+from mrm_mtlx.cli import usage
 from mrm_mtlx.system.arguments import ArgumentError
 from mrm_mtlx.system.text import printable
 
@@ -59,17 +59,6 @@ def tell(error: errors.MrmError) -> int:
 
 def _refuse(error: ArgumentError, function: Callable[..., None]) -> NoReturn:
     """A usage message, with arguments as the command line calls them."""
-    names = {name: _called(hint) for name, hint in get_type_hints(function, include_extras=True).items()}
+    names = {name: usage.called(hint) for name, hint in get_type_hints(function, include_extras=True).items()}
     message = re.sub(r"`(\w+)`", lambda found: names.get(found[1]) or found[0], error.message)
     raise typer.BadParameter(message, param_hint=names.get(error.argument) or error.argument or None) from error
-
-
-def _called(hint: Any) -> str:
-    """The name of an option, or the place of an argument in the usage line; "" of what is neither."""
-    for info in getattr(hint, "__metadata__", ()):
-        if isinstance(info, OptionInfo):
-            declared = [info.default, *(info.param_decls or ())]  # in an annotation, the first is taken for a default
-            return next((name for name in declared if isinstance(name, str) and name.startswith("--")), "")
-        if isinstance(info, ArgumentInfo):
-            return str(info.metavar)
-    return ""

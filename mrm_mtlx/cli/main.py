@@ -22,6 +22,7 @@ from mrm_mtlx.cli import (
     render,
     rules,
     supervision,
+    usage,
     validate,
     vectors,
 )
@@ -34,6 +35,7 @@ _USERS_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG)
 
 app = typer.Typer(
     name="mrm",
+    cls=usage.Group,
     help="Retroreflective materials in MaterialX: check them, run them, look at them.",
     no_args_is_help=True,
     add_completion=False,
@@ -99,17 +101,17 @@ def command() -> int:
 
 def _tell(death: supervision.Death) -> int:
     """Say what the process of the command died of; the exit status."""
-    from mrm_mtlx.cli.documents import print_findings
+    from mrm_mtlx.cli.console import Terminal
     from mrm_mtlx.findings import rules
 
     cause = process_limits.cause_of_death(death.status)
     if not death.document:
         print(f"mrm: internal error: the process died ({cause})", file=sys.stderr)
         return 2
+    rule, reason = rules.CHECK_CRASHED, f"the process that worked on it died ({cause})"
     if process_limits.is_time_up(death.status):
-        print_findings([rules.CHECK_TIMEOUT.at("", f"{death.document}: not finished within the time limit")])
-    else:
-        print_findings([rules.CHECK_CRASHED.at("", f"{death.document}: the process that worked on it died ({cause})")])
+        rule, reason = rules.CHECK_TIMEOUT, "not finished within the time limit"
+    Terminal().findings([rule.at("", f"{death.document}: {reason}")])
     return 1
 
 
@@ -119,12 +121,12 @@ def _report(error: Any) -> int:
         error.message = printable(str(error.message))  # it may name what a document says
         error.show()
         return int(error.exit_code)
-    from mrm_mtlx.cli.documents import print_findings
+    from mrm_mtlx.cli.console import Terminal
     from mrm_mtlx.findings import rules
 
     opened = child.opened()
     if isinstance(error, MemoryError) and opened is not None:
-        print_findings([rules.CHECK_CRASHED.at("", f"{opened}: {process_limits.memory_reason()}")])
+        Terminal().findings([rules.CHECK_CRASHED.at("", f"{opened}: {process_limits.memory_reason()}")])
         return 1
     if isinstance(error, OSError) and error.errno in _USERS_ERRORS:
         print(printable(f"mrm: {error.strerror}{f': {error.filename}' if error.filename else ''}"), file=sys.stderr)

@@ -9,6 +9,8 @@ import typer
 
 from mrm_mtlx.cli.choices import Implementation
 from mrm_mtlx.system import child
+from mrm_mtlx.system.arguments import ArgumentError
+from mrm_mtlx.system.writing import check_folder, write_text
 
 Targets: TypeAlias = Annotated[
     list[str] | None, typer.Option("--target", metavar="NAME", help="Shading language; repeatable. Default: all.")
@@ -18,21 +20,11 @@ Targets: TypeAlias = Annotated[
 def _writable(output: Path | None) -> Path | None:
     """Refuse a report's file whose folder is not there, before the work is done in vain."""
     if output is not None:
-        refuse_missing_folder(output)
+        try:
+            check_folder(output)
+        except ArgumentError as error:
+            raise typer.BadParameter(error.message) from error
     return output
-
-
-def refuse_missing_folder(output: Path, option: str | None = None) -> None:
-    """Refuse a file whose folder is not there; `option` is the one that names it, by default the callback's own.
-
-    Raises
-    ------
-    typer.BadParameter
-        If it is so.
-    """
-    if not output.parent.is_dir():
-        message = f"{output} cannot be written: the folder {output.parent} does not exist"
-        raise typer.BadParameter(message, param_hint=option)
 
 
 Output: TypeAlias = Annotated[
@@ -46,10 +38,18 @@ Roots: TypeAlias = Annotated[
     typer.Option(
         "--root",
         metavar="DIR",
-        exists=True,
-        file_okay=False,
         help="Files may be read from this folder too, and are looked for in it; repeatable. "
         "Default: only the folder that PATH is or lies in.",
+    ),
+]
+
+
+Exclude: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--exclude",
+        metavar="PATTERN",
+        help="Files and folders that are passed over where a folder is searched, such as 'old_*'; repeatable.",
     ),
 ]
 
@@ -69,46 +69,15 @@ Library: TypeAlias = Annotated[
 ]
 
 
-def chosen_targets(names: list[str] | None, allowed: tuple[str, ...]) -> tuple[str, ...]:
-    """The targets asked for, or all; unknown ones are a usage error.
-
-    Raises
-    ------
-    typer.BadParameter
-        If a target is not among the allowed.
-    """
-    unknown = [name for name in names or () if name not in allowed]
-    if unknown:
-        raise typer.BadParameter(f"{', '.join(unknown)}: expected one of {', '.join(allowed)}", param_hint="--target")
-    return tuple(dict.fromkeys(names)) if names else allowed
-
-
 def write_report(text: str, output: Path | None) -> None:
     """Print a report, or write it to a file.
 
     Raises
     ------
-    typer.BadParameter
+    ArgumentError
         If the file cannot be written.
     """
     if output is None:
         typer.echo(text)
     else:
-        write_file(output, text + "\n")
-
-
-def write_file(path: Path, text: str) -> None:
-    """Write a text file whole or not at all.
-
-    Raises
-    ------
-    typer.BadParameter
-        If it cannot be written.
-    """
-    from mrm_mtlx.system.writing import replacing
-
-    try:
-        with replacing(path) as unfinished:
-            unfinished.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise typer.BadParameter(f"{path} cannot be written: {error.strerror}", param_hint="--output") from error
+        write_text(output, text + "\n")

@@ -9,7 +9,7 @@ import typer
 
 from mrm_mtlx.cli import errors
 from mrm_mtlx.cli.choices import Method, TableFormat
-from mrm_mtlx.cli.options import Output, Roots, Timeout
+from mrm_mtlx.cli.options import Exclude, Output, Roots, Timeout
 from mrm_mtlx.system.arguments import ArgumentError
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
@@ -75,6 +75,7 @@ def photometry(
     report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
     output: Output = None,
     root: Roots = None,
+    exclude: Exclude = None,
     timeout: Timeout = TIME_LIMIT_S,
 ) -> None:
     """Coefficients of retroreflection of documents, in the geometries of a standard's class, beside its limits.
@@ -109,6 +110,7 @@ def photometry(
         element=element,
         plot=plot,
         root=root or (),
+        exclude=exclude or (),
         listener=Terminal(),
     )
     write_report(found.to_json() if as_json else found.report(), output)

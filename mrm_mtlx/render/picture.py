@@ -161,20 +161,25 @@ def write(
         If the file cannot be written.
     """
     linear = path.suffix.lower() == ".exr"
-    brightest = 1.0 if linear else _brightest(radiance, exposure)
-    step = max(_BAND // radiance.shape[1] // oversampling, 1) * oversampling
-    bands = [radiance[row : row + step].astype(float) for row in range(0, len(radiance), step)]
-    stored = np.concatenate([_stored(band, brightest, oversampling, linear=linear) for band in bands])
+    pixels = stored(radiance, exposure, oversampling, linear=linear)
     try:
-        write_image(path, stored, {"oiio:ColorSpace": "lin_rec709" if linear else "sRGB"})
+        write_image(path, pixels, {"oiio:ColorSpace": "lin_rec709" if linear else "sRGB"})
     except OSError as error:
         msg = f"{path} cannot be written: {error.strerror or error}"
         raise ValueError(msg) from error
 
 
+def stored(radiance: NDArray[np.floating], exposure: float | None, oversampling: int, *, linear: bool) -> NDArray[Any]:
+    """A picture as a file has it: linear radiance in half precision, or tone-mapped in eight bits."""
+    brightest = 1.0 if linear else _brightest(radiance, exposure)
+    step = max(_BAND // radiance.shape[1] // oversampling, 1) * oversampling
+    bands = (radiance[row : row + step].astype(float) for row in range(0, len(radiance), step))
+    return np.concatenate([_stored(band, brightest, oversampling, linear=linear) for band in bands])
+
+
 def _stored(radiance: Array, brightest: float, oversampling: int, *, linear: bool) -> NDArray[Any]:
     """Rows of a picture as the file has them."""
-    pixels = _reduce(radiance if linear else _shown(radiance, brightest), oversampling)
+    pixels = reduced(radiance if linear else _shown(radiance, brightest), oversampling)
     return np.minimum(pixels, 65504.0).astype(np.float16) if linear else np.round(255.0 * pixels).astype(np.uint8)
 
 
@@ -248,7 +253,7 @@ def direction_of_light(degrees: float) -> tuple[float, float, float]:
     return float(x), float(y), float(z)
 
 
-def _reduce(image: Array, step: int) -> Array:
+def reduced(image: Array, step: int) -> Array:
     """Mean over blocks of this many pixels on a side."""
     height, width = (n // step for n in image.shape[:2])
     blocks = image[: height * step, : width * step]

@@ -35,6 +35,22 @@ def preformatted(text: str) -> str:
     return f'<pre style="line-height: 1.2; overflow-x: auto">{html.escape(shown)}</pre>'
 
 
+# Columns of a terminal that everybody has.
+COLUMNS = 80
+
+
+def in_lines(items: Sequence[str], indent: int = 0) -> list[str]:
+    """Items with commas between, as many on a line as `COLUMNS` holds behind an indent; no item is broken."""
+    lines: list[str] = []
+    for i, item in enumerate(items):
+        text = item if i == len(items) - 1 else f"{item},"
+        if lines and indent + len(lines[-1]) + 1 + len(text) <= COLUMNS:
+            lines[-1] += f" {text}"
+        else:
+            lines.append(text)
+    return lines
+
+
 def html_table(header: Sequence[str], rows: Sequence[Sequence[str]], caption: str = "") -> str:
     """A table as HTML, of texts that are escaped."""
 

@@ -29,6 +29,8 @@ class CheckOptions:
         Whose implementation of the flag is checked.
     retro_sweep
         Whether specular nodes whose flag is off are checked with it on as well, one at a time.
+    lint_only
+        Whether documents are read and their structure is checked, and nothing is evaluated or generated.
     """
 
     targets: tuple[str, ...] = field(default_factory=available_targets)
@@ -36,6 +38,7 @@ class CheckOptions:
     seed: int = 0
     origin: Origin = Origin.MRM
     retro_sweep: bool = False
+    lint_only: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

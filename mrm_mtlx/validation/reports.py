@@ -28,23 +28,24 @@ def exit_status(result: ValidationResult, *, strict: bool) -> int:
 
 
 def verdict(result: ValidationResult, *, strict: bool) -> str:
-    """The last line of a text report."""
-    word = {0: "PASSED", 1: "FAILED", 3: "NOTHING CHECKED"}[exit_status(result, strict=strict)]
+    """The last line of a text report: counts, the reasons of all skips, and --strict where that was asked for."""
+    status = exit_status(result, strict=strict)
+    word = {0: "PASSED", 1: "FAILED", 3: "NOTHING CHECKED"}[status]
     reasons = Counter(f"{target}: {r.reason}" for target, r in result.results() if r.status is Status.SKIP)
     skipped = f"{result.skipped} skipped"
     if reasons:
-        listed = [
-            f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
-        ]
-        more = f"; {len(listed) - 4} more reasons" if len(listed) > 4 else ""
-        skipped += f" ({'; '.join(listed[:4])}{more})"
+        ordered = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
+        skipped += f" ({'; '.join(f'{count} {reason}' for reason, count in ordered)})"
     counts = [
         _plural(result.count(Severity.ERROR), "error"),
         _plural(result.count(Severity.WARNING), "warning"),
         f"{result.checked} checked",
         skipped,
     ]
-    return printable(f"{word}  {', '.join(counts)}")
+    by_strict = "; --strict" if strict else ""
+    if status != exit_status(result, strict=False):
+        by_strict += ": warnings and skips count as failures"
+    return printable(f"{word}  {', '.join(counts)}{by_strict}")
 
 
 def to_json(result: ValidationResult) -> str:

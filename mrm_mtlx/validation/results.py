@@ -94,7 +94,7 @@ class DocumentResult:
     renderables: list[RenderableResult] = field(default_factory=list)
 
 
-@dataclass
+@dataclass(frozen=True)
 class ValidationResult:
     """A run.
 
@@ -105,9 +105,14 @@ class ValidationResult:
     engines: dict[str, dict[str, Any]]
     documents: list[DocumentResult]
 
+    @property
+    def findings(self) -> list[tuple[str, Finding]]:
+        """All findings as (path of the document, finding)."""
+        return [(document.path, found) for document in self.documents for found in document.findings]
+
     def count(self, severity: Severity) -> int:
         """Number of findings of a severity."""
-        return sum(f.severity is severity for d in self.documents for f in d.findings)
+        return sum(found.severity is severity for _, found in self.findings)
 
     def results(self) -> list[tuple[str, TargetResult]]:
         """All results as (target, result)."""

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.validation.results import DocumentResult
 
 
 def validate(
@@ -23,6 +24,15 @@ def validate(
     options: ValidationOptions | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> ValidationResult:
+    """Check documents and folders, and say what they were checked with; as `documents`."""
+    options = options or ValidationOptions()
+    found = documents(paths, options, progress)
+    return ValidationResult(versions(), engines(options.targets), found)
+
+
+def documents(
+    paths: Sequence[Path], options: ValidationOptions, progress: Callable[[int, int], None] | None = None
+) -> list[DocumentResult]:
     """Check documents and folders.
 
     Parameters
@@ -36,7 +46,7 @@ def validate(
 
     Returns
     -------
-    ValidationResult
+    list
         Documents sorted by path. A path that does not exist is a document with a finding.
 
     Raises
@@ -45,14 +55,12 @@ def validate(
         If a rule that another package registers is of no use.
     """
     all_rules()  # one that does not load is to be known before documents are checked
-    options = options or ValidationOptions()
     missing, requests = collect(paths, options)
-    documents = missing + check_all(requests, options, progress)
-    for document in documents:
-        wanted = (found for found in document.findings if _is_wanted(found, options))
-        document.findings = [found.in_file(document.path) for found in wanted]
-    documents.sort(key=lambda d: d.path)
-    return ValidationResult(versions(), engines(options.targets), documents)
+    results = missing + check_all(requests, options, progress)
+    for result in results:
+        wanted = (found for found in result.findings if _is_wanted(found, options))
+        result.findings = [found.in_file(result.path) for found in wanted]
+    return sorted(results, key=lambda result: result.path)
 
 
 def engines(targets: Sequence[str]) -> dict[str, dict[str, Any]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import shutil
 import signal
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.findings import rules
 from mrm_mtlx.system import process_limits
+from mrm_mtlx.system.spawning import SpawnContext
 from mrm_mtlx.validation.results import DocumentResult
 from mrm_mtlx.validation.steps import READING, Steps, add_lost, error_reason, lost_finding, read_record
 
@@ -46,7 +46,7 @@ def check_all(
     scratch = tempfile.mkdtemp(prefix="mrm-")
     # Spawned, not forked: a fork would share the parent's OpenGL driver and threads.
     workers = _workers(options.jobs, len(requests))
-    context = multiprocessing.get_context("spawn")
+    context = SpawnContext()
     up = context.Semaphore(0)
     memory = process_limits.MAXIMUM_MEMORY + options.samples * _BYTES_PER_SAMPLE
     pool = pebble.ProcessPool(

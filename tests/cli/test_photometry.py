@@ -259,7 +259,7 @@ WRONG = {
     ("white.mtlx", "--area", "0"): "0: expected a number above 0",
     ("white.mtlx", "--source-aperture", "200"): "200: expected an angle from 0 to 180 degrees",
     ("white.mtlx", "--plot", "a.bmp"): "a.bmp: expected a name that ends in .png, .svg, .pdf",
-    ("white.mtlx", "--method", "cmyk"): "'cmyk' is not one of 'spectral', 'rgb'",
+    ("white.mtlx", "--method", "cmyk"): "'cmyk': expected one of spectral, rgb",
     ("white.mtlx", "--element", "n"): "n: expected one of m",
 }
 

@@ -176,7 +176,7 @@ BROKEN = {"READ_MISSING": 1, "READ_XML": 1, "DOC_CYCLE": 1, "DOC_FILE": 1, "DOC_
 def test_a_broken_document_is_refused_with_its_finding(here, documents, tmp_path, code):
     done = here(documents / code / "triggers.mtlx", "-o", "a.svg")
     assert (done.exit_code, done.stdout) == (BROKEN[code], "")
-    assert "has nothing to render" in done.stderr or done.stderr.startswith(f"error {code}")
+    assert "has nothing to render" in done.stderr or f"error {code}" in done.stderr.splitlines()[0]
     assert list(tmp_path.iterdir()) == []
 
 
@@ -193,7 +193,7 @@ def test_an_image_that_cannot_be_read_is_a_finding(here, tmp_path):
     )
     done = here("a.mtlx", "-o", "a.svg")
     assert (done.exit_code, done.stdout) == (1, "")
-    assert done.stderr.splitlines()[-1].startswith("error DOC_FILE /m: noise.png: ")
+    assert done.stderr.splitlines()[-1].startswith("a.mtlx:1:354: error DOC_FILE /m: noise.png: ")
     assert not (tmp_path / "a.svg").exists()
 
 
@@ -213,9 +213,9 @@ WRONG = {
     "-o a.png --light nan": "nan: expected an angle",
     "-o a.png --light 1 --light 2 --light 3 --light 4 --light 5 --light 6 --light 7": "at most 6 can be told",
     "-o a.png --azimuth 181": "181: expected an angle from -180 to 180 degrees",
-    "-o a.png --scale cubic": "'cubic' is not one of",
-    "-o a.png --model phong": "'phong' is not one of",
-    "-o a.png --distribution gauss": "'gauss' is not one of",
+    "-o a.png --scale cubic": "'cubic': expected one of",
+    "-o a.png --model phong": "'phong': expected one of",
+    "-o a.png --distribution gauss": "'gauss': expected one of",
     "-o a.png --roughness 0": "roughness is 0; expected more than 0, and at most 1",
     "-o a.png --alpha 2": "alpha is 2; expected",
     "-o a.png --alpha 0.1 --roughness 0.1": "one quantity",
@@ -233,7 +233,7 @@ WRONG = {
     "{metal} -o a.png --retroreflective": "--retroreflective: not with a document",
     "{metal} -o a.png --model eon": "--model: not with a document",
     "{folder} -o a.png": "is a folder; name one document",
-    "--figure 3 -o a.png": "'3' is not one of",
+    "--figure 3 -o a.png": "'3': expected one of",
     "{metal} --figure 2 -o a.png": "not with --figure",
     "--figure 2 -o a.png --light 10": "--light: not with --figure",
     "--figure 2 -o a.png --scale log": "--scale: not with --figure",

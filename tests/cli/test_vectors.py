@@ -41,4 +41,4 @@ def test_the_three_forms_have_the_same_values(mrm, tmp_path):
 def test_an_unknown_form_is_a_usage_error(mrm):
     done = mrm("vectors", "--format", "xml")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "'xml' is not one of 'text', 'json', 'csv'" in done.stderr
+    assert "'xml': expected one of text, json, csv" in done.stderr

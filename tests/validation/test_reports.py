@@ -105,11 +105,12 @@ def test_the_verdict_counts_everything_and_names_the_reasons_of_skips():
     assert reports.verdict(result, strict=False) == expected
 
 
-def test_the_verdict_names_the_commonest_reasons_and_counts_the_rest():
+def test_the_verdict_names_every_reason_with_its_number_the_commonest_first():
     skips = [document(str(k), glsl=TargetResult(Stage.COMPILE, Status.SKIP, f"reason {k % 6}")) for k in range(13)]
     verdict = reports.verdict(run_of(*skips), strict=False)
     assert verdict.endswith(
-        "13 skipped (3 glsl: reason 0; 2 glsl: reason 1; 2 glsl: reason 2; 2 glsl: reason 3; 2 more reasons)"
+        "13 skipped (3 glsl: reason 0; 2 glsl: reason 1; 2 glsl: reason 2; 2 glsl: reason 3; 2 glsl: reason 4; "
+        "2 glsl: reason 5)"
     )
 
 
@@ -361,3 +362,13 @@ def test_github_is_told_line_and_column_where_they_are_known():
         {"file": "a,b:c%.mtlx", "line": "1", "col": "1", "title": "SHADER_DIFFERS"},
         {"file": "a.mtlx", "title": "SHADER_DIFFERS"},
     ]
+
+
+def test_the_verdict_says_that_it_is_strict_and_whether_that_is_why_it_failed():
+    result = run_of(document("a", WARNING, glsl=PASS))
+    counts = "0 errors, 1 warning, 1 checked, 0 skipped"
+    assert reports.verdict(result, strict=False) == f"PASSED  {counts}"
+    assert reports.verdict(result, strict=True) == f"FAILED  {counts}; --strict: warnings and skips count as failures"
+    broken, clean = run_of(document("a", ERROR, glsl=PASS)), run_of(document("a", glsl=PASS))
+    assert reports.verdict(broken, strict=True) == "FAILED  1 error, 0 warnings, 1 checked, 0 skipped; --strict"
+    assert reports.verdict(clean, strict=True) == "PASSED  0 errors, 0 warnings, 1 checked, 0 skipped; --strict"

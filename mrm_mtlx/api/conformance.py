@@ -1,0 +1,65 @@
+"""The node library itself against the oracle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mrm_mtlx.api.errors import UnavailableError
+from mrm_mtlx.api.generate import check_targets
+from mrm_mtlx.api.listener import SILENT, Listener
+from mrm_mtlx.api.validate import FEWEST_SAMPLES, MOST_SAMPLES
+from mrm_mtlx.system.arguments import check_choice, check_range
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mrm_mtlx.api.opening import LibraryName
+    from mrm_mtlx.conformance.report import ConformanceReport
+
+
+def conformance(
+    *,
+    target: Sequence[str] = (),
+    samples: int = 1 << 18,
+    seed: int = 0,
+    library: LibraryName = "mrm",
+    listener: Listener = SILENT,
+) -> ConformanceReport:
+    """Compare every node, flag and shape of lobe with the oracle, over random parameters.
+
+    Parameters
+    ----------
+    target
+        glsl and essl in the OpenGL driver, osl in Cycles. Default: all.
+    samples
+        Per comparison.
+    seed
+        Of all random numbers.
+    library
+        Whose implementation of the flag: this project's or MaterialX's ("upstream").
+    listener
+        Told of progress.
+
+    Raises
+    ------
+    ArgumentError
+        If the call is wrong.
+    UnavailableError
+        If an engine dies, or refuses a shader.
+    """
+    from mrm_mtlx.conformance import run, targets
+    from mrm_mtlx.conformance.report import ConformanceReport
+    from mrm_mtlx.engines.base import CompileError, EngineFailure
+    from mrm_mtlx.library import Origin
+    from mrm_mtlx.system.versions import versions
+    from mrm_mtlx.validation.runner import engines
+
+    check_range("samples", samples, FEWEST_SAMPLES, MOST_SAMPLES)
+    check_range("seed", seed, 0)
+    check_choice("library", library, tuple(Origin))
+    chosen = check_targets(target, targets())
+    try:
+        results = tuple(run(chosen, samples, seed, Origin(library), listener.progress))
+    except (CompileError, EngineFailure) as error:
+        raise UnavailableError(str(error)) from error
+    return ConformanceReport(versions(), engines(chosen), str(library), results)

@@ -1,0 +1,158 @@
+"""What this machine can run, and what adds what it lacks; and what the reference evaluates."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mrm_mtlx.system.shown import COLUMNS, Shown, in_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from mrm_mtlx.engines.base import Availability
+    from mrm_mtlx.library.surface_models import Extension
+    from mrm_mtlx.reference.coverage import Coverage
+
+# Where the second column of the report begins.
+_INDENT = 11
+
+
+@dataclass(frozen=True, repr=False)
+class DoctorReport(Shown):
+    """What is here.
+
+    Attributes
+    ----------
+    versions
+        Of what a verdict depends on.
+    library
+        Whether the node library is found.
+    targets
+        What source can be generated for.
+    models
+        Surface models of MaterialX, each with the input that makes it retroreflect, or the reason why it has none.
+    engines
+        By name, what each is for, and how it is.
+    ok
+        Whether generated GLSL can be run and compared.
+    """
+
+    versions: Mapping[str, str]
+    library: bool
+    targets: tuple[str, ...]
+    models: tuple[Extension, ...]
+    engines: Mapping[str, tuple[str, Availability]]
+    ok: bool
+
+    def report(self) -> str:
+        """All of it, with the command that adds what is missing."""
+        versions = [f"{name} {version}" for name, version in self.versions.items()]
+        extended = [f"{x.model.node} {x.model.amount}" for x in self.models if not x.reason] or ["none"]
+        lines = [
+            *_listed("versions", versions),
+            f"library    {'found' if self.library else 'missing'}",
+            *_listed("targets", self.targets, "(source can be generated)"),
+            *_listed("models", extended, "(partly retroreflective)"),
+            *(f"{'':{_INDENT}}{x.model.node} is left out: {x.reason}" for x in self.models if x.reason),
+        ]
+        width = max(len(use) for use, _ in self.engines.values())
+        for name, (use, state) in self.engines.items():
+            line = f"{name:<9}  {'ok     ' if state.available else 'missing'}  {use:<{width}}"
+            fits = len(line) + 2 + len(state.detail) <= COLUMNS
+            lines += [f"{line}  {state.detail}"] if fits else [line.rstrip(), f"{'':{_INDENT}}{state.detail}"]
+            if state.remedy:
+                lines.append(f"{'':20}to add it: {state.remedy}")
+        return "\n".join(lines)
+
+    def to_json(self) -> str:
+        """The same as JSON."""
+        report = {
+            "schema": "mrm.doctor/1",
+            "versions": self.versions,
+            "targets": list(self.targets),
+            "surface_models": [
+                {"node": x.model.node, "input": x.model.amount, "reason": x.reason} for x in self.models
+            ],
+            "engines": {
+                name: {"use": use, "available": a.available, "detail": a.detail, "remedy": a.remedy}
+                for name, (use, a) in self.engines.items()
+            },
+        }
+        return json.dumps(report, indent=2)
+
+
+@dataclass(frozen=True, repr=False)
+class CoverageReport(Shown):
+    """Node definitions of MaterialX, each with how the reference evaluates it, or why not."""
+
+    versions: Mapping[str, str]
+    definitions: tuple[Coverage, ...]
+
+    @property
+    def covered(self) -> int:
+        """The number of definitions that it evaluates."""
+        return sum(bool(definition.how) for definition in self.definitions)
+
+    def report(self) -> str:
+        """A row per library of MaterialX, and the definitions that are not covered."""
+        from mrm_mtlx.reference.coverage import How
+
+        every = Counter(c.library for c in self.definitions)
+        how = Counter((c.library, c.how) for c in self.definitions)
+        lines = [f"{'library':<9}{'nodes':>7}{'functions':>11}{'graphs':>8}{'covered':>9}"]
+        for name, total in every.items():
+            functions, graphs = how[name, How.FUNCTION], how[name, How.GRAPH]
+            share = (functions + graphs) / total
+            lines.append(f"{name:<9}{total:>7}{functions:>11}{graphs:>8}{share:>9.1%}")
+        number = len(self.definitions)
+        lines.append(f"{'all':<9}{number:>7}{'':>19}{self.covered / number:>9.1%}")
+        missing = (c for c in self.definitions if not c.how)
+        return "\n".join([*lines, *(f"not covered: {c.name} ({c.library}): {c.reason}" for c in missing)])
+
+    def to_json(self) -> str:
+        """The same as JSON, all definitions listed."""
+        nodes = [{"name": c.name, "library": c.library, "how": c.how, "reason": c.reason} for c in self.definitions]
+        report = {
+            "schema": "mrm.coverage/1", "versions": self.versions, "covered": self.covered, "definitions": nodes,
+        }  # fmt: skip
+        return json.dumps(report, indent=2)
+
+
+def doctor() -> DoctorReport:
+    """Say which targets can be generated, compiled and run here, and what to install for the others."""
+    from mrm_mtlx.engines import registry
+    from mrm_mtlx.library import load_library, node_library_folder
+    from mrm_mtlx.shadergen import available_targets
+    from mrm_mtlx.system.versions import versions
+
+    engines, models = survey(), load_library().surface_models
+    runner = registry.engine_for("glsl", registry.runs)
+    ok = runner is not None and runner.availability().available
+    return DoctorReport(
+        versions(), node_library_folder().is_dir(), tuple(available_targets()), tuple(models), engines, ok
+    )
+
+
+def coverage() -> CoverageReport:
+    """Say which of MaterialX's nodes the reference evaluates."""
+    from mrm_mtlx.library import load_library
+    from mrm_mtlx.reference.coverage import coverage as covered
+    from mrm_mtlx.system.versions import versions
+
+    return CoverageReport(versions(), tuple(covered(load_library().document)))
+
+
+def survey() -> dict[str, tuple[str, Availability]]:
+    """Engines by name: what each is for, and whether it works here."""
+    from mrm_mtlx.engines import registry
+
+    return {name: (engine.use, engine.availability()) for name, engine in registry.engines().items()}
+
+
+def _listed(name: str, items: list[str] | tuple[str, ...], end: str = "") -> list[str]:
+    """A list beside its name, in as many lines as it takes."""
+    lines = in_lines([*items[:-1], f"{items[-1]} {end}".rstrip()], _INDENT)
+    return [f"{name:<{_INDENT}}{lines[0]}", *(f"{'':{_INDENT}}{line}" for line in lines[1:])]
