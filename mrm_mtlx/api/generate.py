@@ -102,6 +102,7 @@ def generate(
     DocumentError
         If the document cannot be used; ShaderError if MaterialX refuses a surface.
     """
+    from mrm_mtlx.findings import rules
     from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode
     from mrm_mtlx.shadergen import generate as generate_shader
 
@@ -113,8 +114,8 @@ def generate(
         try:
             shaders[name] = generate_shader(opened.element(name), target, opened.library, OslMode(osl_mode))
         except GenerationError as error:
-            msg = f"error SHADER_GENERATE /{name}: {error}"
-            raise ShaderError(msg, opened.findings) from error
+            found = opened.imported.in_source(rules.SHADER_GENERATE.at(f"/{name}", str(error)))
+            raise ShaderError(str(found), (*opened.findings, found)) from error
     files = {
         f"{name.replace('/', '_')}{suffix}": shader.sources[stage]
         for name, shader in shaders.items()

@@ -68,7 +68,7 @@ class Rule:
 
     def at(self, location: str, message: str, hint: str = "") -> Finding:
         """A case of this rule; its remedy is the hint if none is given."""
-        return Finding(self, _shortened(location), _shortened(message), _shortened(hint or self.remedy))
+        return Finding(self, shortened(location), shortened(message), shortened(hint or self.remedy))
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Finding:
         return {"code": self.code, "severity": self.severity.value, **where, **what}
 
 
-def _shortened(text: str) -> str:
+def shortened(text: str) -> str:
     """A text of at most `LONGEST_TEXT` characters; of a longer one, the middle is left out."""
     half = LONGEST_TEXT // 2
     return text if len(text) <= LONGEST_TEXT else f"{text[:half]} [...] {text[-half:]}"

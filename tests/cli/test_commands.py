@@ -212,7 +212,7 @@ def test_generate_takes_the_element_that_is_asked_for(mrm_here, metal):
 def test_generate_reports_what_cannot_be_generated_as_a_finding(mrm_here, documents):
     done = mrm_here("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("error SHADER_GENERATE /material: ")
+    assert done.stderr.startswith("SHADER_GENERATE/triggers.mtlx:16:3: error SHADER_GENERATE /material: ")
 
 
 def test_generate_into_a_file_is_a_usage_error(mrm, metal, tmp_path):

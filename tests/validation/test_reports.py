@@ -372,3 +372,22 @@ def test_the_verdict_says_that_it_is_strict_and_whether_that_is_why_it_failed():
     broken, clean = run_of(document("a", ERROR, glsl=PASS)), run_of(document("a", glsl=PASS))
     assert reports.verdict(broken, strict=True) == "FAILED  1 error, 0 warnings, 1 checked, 0 skipped; --strict"
     assert reports.verdict(clean, strict=True) == "PASSED  0 errors, 0 warnings, 1 checked, 0 skipped; --strict"
+
+
+# The page ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_examples_of_the_page_are_what_is_printed(repository, in_process, tmp_path):
+    page = (repository / "docs" / "reports.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```(\w+)\n(.*?)```", page, re.DOTALL)
+    (document,) = [text for kind, text in blocks if kind == "xml"]
+    report, line, annotation = [text for kind, text in blocks if kind == "text"]
+    (finding,) = [json.loads(text) for kind, text in blocks if kind == "json"]
+    (tmp_path / "signs").mkdir()
+    (tmp_path / "signs" / "stop.mtlx").write_text(document, encoding="utf-8")
+    command = ("validate", "signs", "--target", "mdl", "--format")
+    assert in_process(*command, "text").stdout.startswith(report)
+    assert line in in_process("generate", "signs/stop.mtlx").stderr
+    assert annotation in in_process(*command, "github").stdout
+    told = json.loads(in_process(*command, "json").stdout)
+    assert finding in told["documents"][0]["findings"]

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 # Added to findings on purpose: where in its file an element stands. Before, a finding had only the element's path.
 PLACES = frozenset({"file", "line", "column", "pointer", "layer", "prim"})
+_PLACE = re.compile(rb"^[^\n]+: (?=(?:error|warning) [A-Z]+_[A-Z_]+\b)", re.MULTILINE)
 # The project's own version, in headers and in the notes of files that it writes.
 _VERSION = re.compile(rb'(\bmrm(?:-mtlx)?"{0,2}:? "{0,2})\d+\.\d+\.\d+[.\w]*')
 # The lists of reports whose items are compared one by one, and the keys that name an item.
@@ -25,7 +26,8 @@ def records(files: Mapping[str, bytes], allowed: Sequence[str]) -> dict[str, byt
     """Contents by file, of reports also by item, without what may differ; `allowed` names such entries of headers."""
     found: dict[str, bytes] = {}
     for name, data in files.items():
-        found |= _parts(name, _VERSION.sub(rb"\1VERSION", data), allowed)
+        told = _PLACE.sub(b"", data) if name.endswith(".stderr") else data
+        found |= _parts(name, _VERSION.sub(rb"\1VERSION", told), allowed)
     return found
 
 

@@ -13,6 +13,7 @@ from pxr import Ar, Sdf
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
+from mrm_mtlx.findings.finding import shortened
 from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.formats.usd.opening.composition_size import MAXIMUM_DEPTH, too_deep
 from mrm_mtlx.formats.usd.opening.layers import MAXIMUM_STAGE_BYTES, PACKAGE_SUFFIX, check_file
@@ -94,7 +95,7 @@ class StageFiles:
     def source(self, origin: Origin | None, place: str) -> SourceLocation:
         """A place in a layer, or in one that is not known."""
         file, layer = self._names(origin) if origin else (self.shown, None)
-        return SourceLocation(file, layer=layer, prim=place if place.startswith("/") else "")
+        return SourceLocation(file, layer=layer, prim=shortened(place) if place.startswith("/") else "")
 
     def _names(self, origin: Origin) -> tuple[str, str]:
         """The path of a layer's file as findings show it, or of the package around it; and the layer's name."""
