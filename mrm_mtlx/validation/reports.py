@@ -28,7 +28,7 @@ def exit_status(result: ValidationResult, *, strict: bool) -> int:
 
 
 def verdict(result: ValidationResult, *, strict: bool) -> str:
-    """The last line of a text report: counts, the reasons of all skips, and --strict where that was asked for."""
+    """The last line of a text report: counts, the reasons of skips, --strict if it counts, and if nothing was found."""
     status = exit_status(result, strict=strict)
     word = {0: "PASSED", 1: "FAILED", 3: "NOTHING CHECKED"}[status]
     reasons = Counter(f"{target}: {r.reason}" for target, r in result.results() if r.status is Status.SKIP)
@@ -45,7 +45,8 @@ def verdict(result: ValidationResult, *, strict: bool) -> str:
     by_strict = "; --strict" if strict else ""
     if status != exit_status(result, strict=False):
         by_strict += ": warnings and skips count as failures"
-    return printable(f"{word}  {', '.join(counts)}{by_strict}")
+    nothing = "" if result.documents else "; no document was found"
+    return printable(f"{word}  {', '.join(counts)}{by_strict}{nothing}")
 
 
 def to_json(result: ValidationResult) -> str:

@@ -176,6 +176,12 @@ def test_folders_are_searched(here, tmp_path):
     assert found == ["in/a/white.mtlx", "in/b/white.mtlx"]
 
 
+def test_what_is_excluded_of_a_folder_is_not_measured(here, white):
+    done = here(".", "--exclude", white)
+    assert done.exit_code == 3
+    assert done.stdout.splitlines()[-1] == "NOT ALL MEASURED  0 surfaces; no limits asked for (--list)"
+
+
 def test_what_cannot_be_read_is_said_and_the_others_are_measured(here, white, documents):
     done = here(documents / "READ_XML" / "triggers.mtlx", white, "nowhere.mtlx")
     assert done.exit_code == 1

@@ -114,8 +114,11 @@ def test_2_a_report_that_cannot_be_written(mrm, form, output):
 
 def test_3_nothing_to_check(mrm_here, metal, tmp_path):
     (tmp_path / "empty").mkdir()
-    done = mrm_here("validate", "empty", *QUICK)
-    assert (done.returncode, done.stdout) == (3, "NOTHING CHECKED  0 errors, 0 warnings, 0 checked, 0 skipped\n")
+    (tmp_path / "tape.mtlx").write_text(metal.read_text(encoding="utf-8"), encoding="utf-8")
+    found_nothing = "NOTHING CHECKED  0 errors, 0 warnings, 0 checked, 0 skipped; no document was found\n"
+    for arguments in (["empty"], [".", "--exclude", "*.mtlx"]):
+        done = mrm_here("validate", *arguments, *QUICK)
+        assert (done.returncode, done.stdout) == (3, found_nothing)
     done = mrm_here("validate", metal, *QUICK)
     assert done.returncode == 3
     assert done.stdout.splitlines()[-1].startswith("NOTHING CHECKED  0 errors, 0 warnings, 0 checked, 1 skipped")
