@@ -368,3 +368,13 @@ def test_a_version_that_is_compared_elsewhere_is_seen(planted: str) -> None:
 )
 def test_versions_may_be_shown(allowed: str) -> None:
     assert compared_versions(allowed) == []
+
+
+# The command line is arguments, one call and a print.
+LONGEST_COMMAND = 150
+
+
+def test_no_module_of_the_command_line_is_an_application() -> None:
+    lengths = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in (PACKAGE / "cli").glob("*.py")}
+    assert len(lengths) > 10
+    assert {name: length for name, length in lengths.items() if length > LONGEST_COMMAND} == {}

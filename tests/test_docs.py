@@ -25,6 +25,7 @@ PAGES = (
     "benchmarks/README.md",
     "libraries/pbrlib/README.md",
     "docs/development.md",
+    "docs/api.md",
     "docs/classes.md",
     "docs/comparison.md",
     "docs/fitting.md",

@@ -214,7 +214,14 @@ def fit_class(
 
 
 def fit_classes(output: PathLike, *, listener: Listener = SILENT) -> list[Path]:
-    """Fit a material to each class whose make is known, and write their documents into a folder, which is made.
+    """Fit a material to each class whose make is known, and write their documents into a folder; the files.
+
+    Parameters
+    ----------
+    output
+        The folder, which is made.
+    listener
+        Told of progress and files.
 
     Raises
     ------

@@ -33,12 +33,14 @@ from mrm_mtlx.system.text import printable, text_lines
 # What a user can mend: no room where the output goes, or a name that no file can have.
 _USERS_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG)
 
+# The variable by which a shell asks for completions.
+_COMPLETION = "_MRM_COMPLETE"
+
 app = typer.Typer(
     name="mrm",
     cls=usage.Group,
     help="Retroreflective materials in MaterialX: check them, run them, look at them.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,  # plain help starts in half the time
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -78,13 +80,15 @@ def options(
 
 def run() -> None:
     """Entry point. Exit status: 0 clean, 1 findings, 2 usage or internal error, 3 nothing checked, 130 interrupted."""
+    if _COMPLETION in os.environ:  # a key was pressed: names of options, and no process to wait for
+        app(prog_name="mrm")
     sys.exit(supervision.supervised(command, _tell))
 
 
 def command() -> int:
     """Run the command in this process, as `run` does in a child; its exit status."""
     try:
-        status = app(standalone_mode=False)
+        status = app(prog_name="mrm", standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
         status = 130  # of an interrupt, the command-line library makes the one, the other, or the status itself
     except (BrokenPipeError, SystemExit):

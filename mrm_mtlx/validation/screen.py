@@ -149,13 +149,20 @@ def _print_targets(screen: Console, renderables: list[RenderableResult]) -> None
     from rich.text import Text
 
     targets = list(renderables[0].targets)
-    table = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0), header_style="dim")
-    for name in ("  surface", *targets):
-        table.add_column(name, no_wrap=True)
-    for renderable in renderables:
-        cells = [_cell(renderable.targets[target]) if target in renderable.targets else "" for target in targets]
-        table.add_row(Text(f"  {printable(renderable.name)}"), *cells)
-    if screen.measure(table).minimum <= screen.width:
+    rows = [
+        [
+            Text(f"  {printable(renderable.name)}"),
+            *(Text.from_markup(_cell(renderable.targets[t])) if t in renderable.targets else Text() for t in targets),
+        ]
+        for renderable in renderables
+    ]
+    header = [Text(name) for name in ("  surface", *targets)]
+    if sum(max(cell.cell_len for cell in column) + _GAP for column in zip(header, *rows, strict=True)) <= screen.width:
+        table = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0), header_style="dim")
+        for name in header:
+            table.add_column(name, no_wrap=True)
+        for row in rows:
+            table.add_row(*row)
         screen.print(table)
         return
     for renderable in renderables:

@@ -136,3 +136,75 @@ def test_a_reader_that_goes_away_is_no_error(command, environment, metal, argume
     errors = process.stderr.read()
     process.stderr.close()
     assert (process.wait(), errors) == (0, b"")
+
+
+# Completion -----------------------------------------------------------------------------------------------------------
+
+
+def completed(environment, *words: str) -> tuple[list[str], list[str]]:
+    """What a shell is told for the last of the words of a command line, and the heavy modules that this loads."""
+    code = "import sys\nfrom mrm_mtlx.cli import main, supervision\n"
+    code += "supervision.supervised = None  # nobody waits for a completion\n"
+    code += f"try:\n    main.run()\nfinally:\n    print([m for m in {HEAVY!r} if m in sys.modules], file=sys.stderr)"
+    asked = {"_MRM_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={**environment, **asked}, check=True
+    )
+    return done.stdout.split(), done.stderr.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("mrm", "ph"), ["photometry"]),
+        (("mrm", "validate", "--s"), ["--select", "--strict", "--samples", "--seed"]),
+        (("mrm", "photometry", "--co"), ["--color"]),
+        (("mrm", "validate", "--format", ""), ["text", "json", "junit", "github"]),
+    ],
+    ids=lambda value: " ".join(value),
+)
+def test_a_shell_is_told_what_can_follow_and_nothing_heavy_is_loaded(environment, words, expected):
+    assert completed(environment, *words) == (expected, ["[]"])
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_script_for_a_shell_is_printed(mrm, shell):
+    done = mrm("--show-completion", shell)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "_MRM_COMPLETE=complete_" in done.stdout
+
+
+# What typer and its libraries say -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("validate", "a", "--format", "xml"), "for --format: 'xml': expected one of text, json, junit, github"),
+        (("validate", "a", "--samples", "1"), "for --samples: '1': expected a whole number, 16 to 4194304"),
+        (("validate", "a", "--samples", "many"), "for --samples: 'many': expected a whole number, 16 to 4194304"),
+        (("validate", "a", "--jobs", "-1"), "for --jobs: '-1': expected a whole number, 0 or more"),
+        (("validate", "a", "--timeout", "0"), "for --timeout: '0': expected a number, 0.1 or more"),
+        (("validate", "a", "--root", "no"), "for --root: no: expected a folder that exists"),
+        (("validate", "a", "-o", "no/x"), "for --output: no/x cannot be written: the folder no does not exist"),
+        (("render", "a", "-o", "a.png", "--exposure", "x"), "for --exposure: 'x': expected a number"),
+        (("render", "a", "-o", "a.png", "--paths", "3"), "for --paths: only with an engine that traces paths"),
+        (("render", "a", "-o", "a.png", "--seed", "3"), "for --seed: only with an engine that traces paths"),
+        (("render", "a", "-o", "a.png", "--osl-mode", "aligned"), "for --osl-mode: only with an engine that traces"),
+        (("plot", "-o", "a.svg", "--light", "up"), "for --light: 'up': expected a number"),
+        (("fit", "--ra", "1:1:1", "-o", "a.json"), "for --output: a.json: a MaterialX document is written; expected"),
+        (("convert", "a", "b.json", "--observation", "x"), "for --observation: 'x': expected a number"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_a_wrong_value_is_told_in_our_words(in_process, arguments, message):
+    done = in_process(*arguments)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert done.stderr.splitlines()[-1].startswith(f"Error: Invalid value {message}")
+
+
+def test_what_is_said_fits_the_terminals_that_everybody_has(mrm):
+    for arguments in (("doctor",), ("doctor", "--coverage"), ("rules",)):
+        lines = mrm(*arguments).stdout.splitlines()
+        table = [line for line in lines if not line.startswith(("not covered: ", "       "))]  # details and commands
+        assert max(map(len, table)) <= 80, arguments
