@@ -56,9 +56,9 @@ ELSEWHERE = {
 # How a test runs each command of the pages: None as it stands, a string in its place (the same command at a size that
 # suits a test), or a reason in parentheses why it is not run here.
 COMMANDS = {
-    "mrm fit --classes -o materials_classes": "(takes half a minute; tests/measured/test_classes.py fits two again)",
+    "mrm fit --classes -o materials_classes": "(takes half a minute; tests/fitting/test_classes.py fits two again)",
     "mrm photometry materials_classes/dot_c2_red.mtlx --class DOT-C2 --color red": (
-        "(tests/measured/test_classes.py measures each)"
+        "(tests/fitting/test_classes.py measures each)"
     ),
     "python -m tools.make_docs classes.md images/classes.png": "(tests/fitting/test_classes.py makes the page)",
     "pip install . && mrm validate materials/": "mrm validate materials/ --samples 1024 --target glsl",
@@ -88,7 +88,7 @@ COMMANDS = {
     "mrm conformance --library upstream --target glsl --target essl": (
         "mrm conformance --library upstream --target glsl --target essl --samples 512"
     ),
-    "mrm conformance --target osl": "(tests/validation/test_conformance_osl.py runs its steps, .ci/run the command)",
+    "mrm conformance --target osl": "(tests/conformance/test_conformance_osl.py runs its steps, .ci/run the command)",
     "mrm validate materials/ --target osl": "mrm validate materials/ --target osl --samples 64",
     "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --osl-mode cycles": None,
     "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png": (
