@@ -13,8 +13,8 @@ from mrm_mtlx.conformance.cases import NODES, Case, case_document, case_points
 from mrm_mtlx.engines import gl as engine
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import draw
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.samples import draw
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks import surfaces
 from benchmarks.timing import Table, best_time, run
 from mrm_mtlx.reference import Environment, Illumination, Surface
-from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.comparison import sampling
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

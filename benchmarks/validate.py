@@ -22,8 +22,8 @@ from benchmarks.timing import REPOSITORY, Table, run
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import draw
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.samples import draw
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

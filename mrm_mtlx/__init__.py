@@ -14,40 +14,22 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mrm_mtlx import bsdf as bsdf
+    from mrm_mtlx import bsdf
     from mrm_mtlx.api.conformance import conformance as conformance
     from mrm_mtlx.api.convert import compare as compare
     from mrm_mtlx.api.convert import convert as convert
     from mrm_mtlx.api.doctor import CoverageReport as CoverageReport
     from mrm_mtlx.api.doctor import coverage as coverage
     from mrm_mtlx.api.doctor import doctor as doctor
-    from mrm_mtlx.api.errors import (
-        DataError as DataError,
-    )
-    from mrm_mtlx.api.errors import (
-        DocumentError as DocumentError,
-    )
-    from mrm_mtlx.api.errors import (
-        MrmError as MrmError,
-    )
-    from mrm_mtlx.api.errors import (
-        NoReferenceError as NoReferenceError,
-    )
-    from mrm_mtlx.api.errors import (
-        NothingToConvertError as NothingToConvertError,
-    )
-    from mrm_mtlx.api.errors import (
-        NothingToRenderError as NothingToRenderError,
-    )
-    from mrm_mtlx.api.errors import (
-        NoValueError as NoValueError,
-    )
-    from mrm_mtlx.api.errors import (
-        ShaderError as ShaderError,
-    )
-    from mrm_mtlx.api.errors import (
-        UnavailableError as UnavailableError,
-    )
+    from mrm_mtlx.api.errors import DataError as DataError
+    from mrm_mtlx.api.errors import DocumentError as DocumentError
+    from mrm_mtlx.api.errors import MrmError as MrmError
+    from mrm_mtlx.api.errors import NoReferenceError as NoReferenceError
+    from mrm_mtlx.api.errors import NothingToConvertError as NothingToConvertError
+    from mrm_mtlx.api.errors import NothingToRenderError as NothingToRenderError
+    from mrm_mtlx.api.errors import NoValueError as NoValueError
+    from mrm_mtlx.api.errors import ShaderError as ShaderError
+    from mrm_mtlx.api.errors import UnavailableError as UnavailableError
     from mrm_mtlx.api.fit import fit as fit
     from mrm_mtlx.api.fit import fit_class as fit_class
     from mrm_mtlx.api.fit import fit_classes as fit_classes
@@ -67,15 +49,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.api.validate import check as check
     from mrm_mtlx.api.validate import validate as validate
     from mrm_mtlx.api.vectors import vectors as vectors
-    from mrm_mtlx.library.paths import (
-        class_materials_folder as class_materials_folder,
-    )
-    from mrm_mtlx.library.paths import (
-        materials_folder as materials_folder,
-    )
-    from mrm_mtlx.library.paths import (
-        node_library_folder as node_library_folder,
-    )
+    from mrm_mtlx.library.paths import class_materials_folder as class_materials_folder
+    from mrm_mtlx.library.paths import materials_folder as materials_folder
+    from mrm_mtlx.library.paths import node_library_folder as node_library_folder
     from mrm_mtlx.reference import ShadingPoints as ShadingPoints
     from mrm_mtlx.reference import Surface as Surface
     from mrm_mtlx.system.arguments import ArgumentError as ArgumentError

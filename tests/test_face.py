@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import mrm_mtlx as mrm
-from mrm_mtlx.cli import (
+from mrm_mtlx.cli import (  # fmt: skip
     conformance,
     convert,
     doctor,
@@ -30,7 +30,7 @@ from mrm_mtlx.cli import (
     rules,
     validate,
     vectors,
-)  # fmt: skip
+)
 from mrm_mtlx.findings import rules as catalogue
 from mrm_mtlx.photometry.result import PhotometryReport
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult

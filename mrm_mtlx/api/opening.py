@@ -235,8 +235,8 @@ def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Do
     from mrm_mtlx.findings import rules
     from mrm_mtlx.findings.finding import capped
     from mrm_mtlx.formats.reading import read_document
-    from mrm_mtlx.validation.file_checks import check_files
-    from mrm_mtlx.validation.graph_checks import check_graph
+    from mrm_mtlx.validation.checks.files import check_files
+    from mrm_mtlx.validation.checks.graph import check_graph
 
     if not path.exists():
         return None, [rules.READ_MISSING.at("", f"'{path}' does not exist")]

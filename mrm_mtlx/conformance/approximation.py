@@ -17,7 +17,7 @@ from mrm_mtlx.conformance.cases import Case, case_document
 from mrm_mtlx.conformance.results import Approximation
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.sampling import perpendicular
+from mrm_mtlx.validation.comparison.sampling import perpendicular
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 import numpy as np
 
-from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.comparison import sampling
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -11,15 +11,15 @@ from mrm_mtlx.engines import registry
 from mrm_mtlx.library import Origin, load_library
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import compare, draw
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.samples import compare, draw
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from mrm_mtlx.conformance.cases import Case
     from mrm_mtlx.engines.base import Engine
-    from mrm_mtlx.validation.comparison import Comparison
+    from mrm_mtlx.validation.comparison.samples import Comparison
 
 
 def run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin: Origin) -> Iterator[CaseResult]:

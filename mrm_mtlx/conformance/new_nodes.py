@@ -20,7 +20,7 @@ from mrm_mtlx.conformance.cases import NODES, Case, case_document, case_points, 
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.reference.float32.rounding import Tolerance
 from mrm_mtlx.shadergen import renderable_elements
-from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.comparison import sampling
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array

@@ -39,9 +39,9 @@ from mrm_mtlx.library import Origin, load_library, node_library_folder
 from mrm_mtlx.reference import Model, ShadingPoints, Surface, Tolerance
 from mrm_mtlx.reference.float32.rounding import SMALLEST, UNIT
 from mrm_mtlx.shadergen import OslMode, generate, renderable_elements
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import compare
-from mrm_mtlx.validation.osl_light import ANGLES_DEG
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.closures import ANGLES_DEG
+from mrm_mtlx.validation.comparison.samples import compare
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -9,7 +9,7 @@ from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:
     from mrm_mtlx.conformance.cases import Case
-    from mrm_mtlx.validation.comparison import Comparison
+    from mrm_mtlx.validation.comparison.samples import Comparison
 
 SCHEMA = "mrm.conformance/1"
 

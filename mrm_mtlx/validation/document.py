@@ -14,12 +14,12 @@ from mrm_mtlx.findings.finding import capped
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import renderable_elements
+from mrm_mtlx.validation.checks.files import check_files
+from mrm_mtlx.validation.checks.graph import check_graph
+from mrm_mtlx.validation.checks.retroreflection import check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.checks.scope import nothing_to_render
 from mrm_mtlx.validation.element import ElementCheck, ElementSweep
-from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.graph_checks import check_graph
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult
-from mrm_mtlx.validation.retro_checks import check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.retro_sweep import flattened
 from mrm_mtlx.validation.steps import READING, Step, Steps
 

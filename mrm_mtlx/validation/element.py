@@ -15,14 +15,14 @@ from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.library import load_library
 from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
-from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.closures import compare_in_osl
+from mrm_mtlx.validation.comparison.drawing import check_draws, judged
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.mending import mended_shaders
 from mrm_mtlx.validation.compiling import check_compiles, refused
-from mrm_mtlx.validation.drawing import check_draws, judged
 from mrm_mtlx.validation.energy import directional_albedos
-from mrm_mtlx.validation.expectation import Expectation
 from mrm_mtlx.validation.flag_use import ignores_flag
-from mrm_mtlx.validation.mending import mended_shaders
-from mrm_mtlx.validation.osl_light import compare_in_osl
 from mrm_mtlx.validation.results import RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants
 from mrm_mtlx.validation.steps import Step

@@ -10,14 +10,14 @@ import numpy as np
 from mrm_mtlx.bsdf import ggx
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
 from mrm_mtlx.reference import ShadingPoints
-from mrm_mtlx.validation.sampling import reflect_at_slopes
+from mrm_mtlx.validation.comparison.sampling import reflect_at_slopes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.reference import Surface
-    from mrm_mtlx.validation.sampling import LobeShape
+    from mrm_mtlx.validation.comparison.sampling import LobeShape
 
 # View angles at which the albedo is taken [degrees]: gain shows at normal or at grazing incidence.
 VIEW_DEGREES = (0.0, 30.0, 60.0, 75.0, 85.0)

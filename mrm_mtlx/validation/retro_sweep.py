@@ -14,7 +14,7 @@ import MaterialX as mx
 
 from mrm_mtlx.documents.flattening import flatten
 from mrm_mtlx.library.surface_models import FLAG, MICROFACET_NODES
-from mrm_mtlx.validation.retro_checks import is_retroreflective
+from mrm_mtlx.validation.checks.retroreflection import is_retroreflective
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,8 +11,8 @@ from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.library import DataLibrary, Origin, load_library
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import compare, draw
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.samples import compare, draw
 
 # Enough that every case meets its peaks and its grazing directions some hundred times.
 SAMPLES = 1024

@@ -13,7 +13,7 @@ from mrm_mtlx.cli.main import command
 from mrm_mtlx.findings import rules
 from mrm_mtlx.system.text import printable, text_lines
 from mrm_mtlx.validation import reports
-from mrm_mtlx.validation.graph_checks import check_graph
+from mrm_mtlx.validation.checks.graph import check_graph
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult, ValidationResult
 
 if TYPE_CHECKING:

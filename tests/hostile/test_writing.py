@@ -20,7 +20,7 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image, write_image
 from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.system.writing import FileSet, replacing
-from mrm_mtlx.validation.file_checks import check_files
+from mrm_mtlx.validation.checks.files import check_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

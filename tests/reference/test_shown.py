@@ -8,8 +8,8 @@ import pytest
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.comparison import compare, draw
-from mrm_mtlx.validation.sampling import generator, sample_local, shading_points
+from mrm_mtlx.validation.comparison.samples import compare, draw
+from mrm_mtlx.validation.comparison.sampling import generator, sample_local, shading_points
 
 TWO_SHADERS = """
   <nodedef name="ND_two" node="two">

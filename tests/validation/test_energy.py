@@ -7,8 +7,8 @@ import pytest
 
 from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND
 from mrm_mtlx.reference import Surface
+from mrm_mtlx.validation.comparison.sampling import LobeShape
 from mrm_mtlx.validation.energy import VIEW_DEGREES, directional_albedos
-from mrm_mtlx.validation.sampling import LobeShape
 
 # Of sums over 2048 samples in float64, of numbers rounded to float32.
 EXACT_TOL = 2.0**-22

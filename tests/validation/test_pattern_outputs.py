@@ -10,8 +10,8 @@ import pytest
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.sampling import generator
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.sampling import generator
 
 SAMPLES = 512
 NUMBERS = """

@@ -17,9 +17,9 @@ from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.drawing import check_draws
-from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.sampling import generator
+from mrm_mtlx.validation.comparison.drawing import check_draws
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.sampling import generator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -15,12 +15,17 @@ from mrm_mtlx.library.surface_models import SURFACE_MODELS
 from mrm_mtlx.reference import Environment, Illumination, ShadingPoints, Surface
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import draw
-from mrm_mtlx.validation.expectation import Expectation
+from mrm_mtlx.validation.checks.retroreflection import (
+    UNSEEN,
+    check_retroreflection,
+    is_retroreflective,
+    retroreflecting_nodes,
+)
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.closures import compare_in_osl, sun_points
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.samples import draw
 from mrm_mtlx.validation.flag_use import ignores_flag
-from mrm_mtlx.validation.osl_light import compare_in_osl, sun_points
-from mrm_mtlx.validation.retro_checks import UNSEEN, check_retroreflection, is_retroreflective, retroreflecting_nodes
 from mrm_mtlx.validation.retro_sweep import flattened, variants
 
 OPEN_PBR, STANDARD, GLTF = SURFACE_MODELS

@@ -21,11 +21,11 @@ from mrm_mtlx.formats.registry import MATERIALX, format_for, format_of
 from mrm_mtlx.library import load_library
 from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import GenerationError, generate, renderable_elements
-from mrm_mtlx.validation import sampling
+from mrm_mtlx.validation.checks.files import check_files
+from mrm_mtlx.validation.checks.graph import check_graph
 from mrm_mtlx.validation.checks.materialx import messages_of_validation
-from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.retro_checks import check_retroreflection
+from mrm_mtlx.validation.checks.retroreflection import check_retroreflection
+from mrm_mtlx.validation.comparison import sampling
 from mrm_mtlx.validation.retro_sweep import flattened
 
 if TYPE_CHECKING:

@@ -10,14 +10,7 @@ from mrm_mtlx.engines.base.closures import ClosureBench, ClosureProgram
 from mrm_mtlx.engines.base.engine import Engine
 from mrm_mtlx.engines.base.errors import CompileError, CompileMessage, EngineFailure
 from mrm_mtlx.engines.base.lighting import DirectionalLight, Environment, Lighting, PointLight
-from mrm_mtlx.engines.base.program import (
-    FLOAT32_BITS,
-    Capabilities,
-    CompiledOnly,
-    Program,
-    SurfacePoints,
-    evaluate_all,
-)
+from mrm_mtlx.engines.base.program import FLOAT32_BITS, Capabilities, CompiledOnly, Program, SurfacePoints, evaluate_all
 from mrm_mtlx.engines.base.tracing import PathTracer, Scene, Take, looking_along, point, sun
 
 __all__ = [

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.documents.document_images import ImagesTooLargeError, too_large
-from mrm_mtlx.engines.base import (
-    Capabilities,
-    CompileError,
-    CompileMessage,
-    DirectionalLight,
-    PointLight,
-    Program,
-)
+from mrm_mtlx.engines.base import Capabilities, CompileError, CompileMessage, DirectionalLight, PointLight, Program
 from mrm_mtlx.engines.gl.context import context, free_textures, parking_target
 from mrm_mtlx.engines.gl.image_calls import samplings
 from mrm_mtlx.engines.gl.textures import stand_in, texture_bytes, upload

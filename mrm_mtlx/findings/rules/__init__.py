@@ -1,9 +1,6 @@
 """The rules, by subject. A finding is made of its rule: `rules.DOC_CYCLE.at(place, message)`."""
 
-from mrm_mtlx.findings.rules.checks import (
-    CHECK_CRASHED,
-    CHECK_TIMEOUT,
-)
+from mrm_mtlx.findings.rules.checks import CHECK_CRASHED, CHECK_TIMEOUT
 from mrm_mtlx.findings.rules.documents import (
     DOC_COLOR_SPACE,
     DOC_CONNECTION,
@@ -34,11 +31,7 @@ from mrm_mtlx.findings.rules.interchange import (
     USD_VALIDATOR,
     USD_VALIDATOR_WARNING,
 )
-from mrm_mtlx.findings.rules.optics import (
-    ENERGY_ANISOTROPIC,
-    ENERGY_GAIN,
-    LOBE_TOO_NARROW,
-)
+from mrm_mtlx.findings.rules.optics import ENERGY_ANISOTROPIC, ENERGY_GAIN, LOBE_TOO_NARROW
 from mrm_mtlx.findings.rules.reading import (
     READ_ENCODING,
     READ_FAILED,
@@ -51,12 +44,7 @@ from mrm_mtlx.findings.rules.reading import (
     READ_XML,
     READ_XML_LENIENT,
 )
-from mrm_mtlx.findings.rules.retroreflection import (
-    RETRO_INVISIBLE,
-    RETRO_TRANSMISSION,
-    RETRO_UNDEFINED,
-    RETRO_VERSION,
-)
+from mrm_mtlx.findings.rules.retroreflection import RETRO_INVISIBLE, RETRO_TRANSMISSION, RETRO_UNDEFINED, RETRO_VERSION
 from mrm_mtlx.findings.rules.shaders import (
     SHADER_COMPILE,
     SHADER_DIFFERS,

@@ -19,12 +19,7 @@ from mrm_mtlx.reference.closures.diffuse import burley, oren_nayar, subsurface, 
 from mrm_mtlx.reference.closures.hair import Fibre, chiang_hair
 from mrm_mtlx.reference.closures.light import EPSILON, Closure, Environment, Light, Mode, nothing, opaque
 from mrm_mtlx.reference.closures.medium import absorbing
-from mrm_mtlx.reference.closures.microfacet import (
-    Facets,
-    conductor,
-    dielectric,
-    generalized_schlick,
-)
+from mrm_mtlx.reference.closures.microfacet import Facets, conductor, dielectric, generalized_schlick
 from mrm_mtlx.reference.closures.sheen import sheen
 from mrm_mtlx.reference.models import Model
 

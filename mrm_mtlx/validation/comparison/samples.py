@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.base import DirectionalLight, Lighting, SurfacePoints, evaluate_all
-from mrm_mtlx.validation.sampling import local_directions
+from mrm_mtlx.validation.comparison.sampling import local_directions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

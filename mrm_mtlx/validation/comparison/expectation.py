@@ -13,8 +13,8 @@ from mrm_mtlx.engines.base import DirectionalLight, Lighting
 from mrm_mtlx.engines.base import Environment as DrawnEnvironment
 from mrm_mtlx.findings.rules.optics import NARROWEST_ALPHA
 from mrm_mtlx.reference import Environment, Illumination, Surface, UnsupportedError
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import compare, draw, worse
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.samples import compare, draw, worse
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference import Tolerance
     from mrm_mtlx.reference.closures import Facets
     from mrm_mtlx.reference.deviations import Deviation
-    from mrm_mtlx.validation.comparison import Comparison
+    from mrm_mtlx.validation.comparison.samples import Comparison
 
 # An environment of one colour, no two channels alike: what a lobe shows of it is its albedo, and what it lets through.
 # In ESSL, MaterialX's samplers have the language's default precision, lowp, which holds these numbers exactly.

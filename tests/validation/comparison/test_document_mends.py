@@ -13,11 +13,11 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.document_mends import MENDS
-from mrm_mtlx.validation.drawing import check_draws
-from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.mending import mended_shaders
-from mrm_mtlx.validation.sampling import generator
+from mrm_mtlx.validation.comparison.document_mends import MENDS
+from mrm_mtlx.validation.comparison.drawing import check_draws
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.mending import mended_shaders
+from mrm_mtlx.validation.comparison.sampling import generator
 
 MATERIAL = """
   <surface_unlit name="u" type="surfaceshader">

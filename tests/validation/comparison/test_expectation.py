@@ -11,9 +11,9 @@ import pytest
 
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.comparison import compare, worse
-from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.sampling import generator
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.samples import compare, worse
+from mrm_mtlx.validation.comparison.sampling import generator
 
 # Glass over a diffuse base: it reflects, refracts its surroundings, and dims what is below.
 GLASS = """

@@ -10,9 +10,9 @@ import pytest
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import Surface, Tolerance
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.comparison import compare, draw
-from mrm_mtlx.validation.drawing import describe
-from mrm_mtlx.validation.sampling import LobeShape, generator, sample_local, shading_points
+from mrm_mtlx.validation.comparison.drawing import describe
+from mrm_mtlx.validation.comparison.samples import compare, draw
+from mrm_mtlx.validation.comparison.sampling import LobeShape, generator, sample_local, shading_points
 
 # Exact: what is compared are powers of two.
 EXPECTED = np.array([[1.0, 0.5, 0.25], [4.0, 2.0, 1.0], [0.25, 0.25, 0.25], [0.5, 0.5, 0.5]])

@@ -10,9 +10,9 @@ import numpy as np
 from mrm_mtlx.documents.document_images import ImagesTooLargeError
 from mrm_mtlx.engines.base import FLOAT32_BITS, CompileError, DirectionalLight, EngineFailure
 from mrm_mtlx.findings import rules
+from mrm_mtlx.validation.comparison.expectation import Verdict
+from mrm_mtlx.validation.comparison.mending import mended_sources
 from mrm_mtlx.validation.compiling import refused
-from mrm_mtlx.validation.expectation import Verdict
-from mrm_mtlx.validation.mending import mended_sources
 from mrm_mtlx.validation.results import Stage, Status, TargetResult
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.reference.deviations import Deviation
     from mrm_mtlx.shadergen import Shader
-    from mrm_mtlx.validation.comparison import Comparison
-    from mrm_mtlx.validation.expectation import Expectation
-    from mrm_mtlx.validation.mending import Mended
+    from mrm_mtlx.validation.comparison.expectation import Expectation
+    from mrm_mtlx.validation.comparison.mending import Mended
+    from mrm_mtlx.validation.comparison.samples import Comparison
 
 # Functions of the languages for which derivatives are differences between neighbouring samples.
 _DERIVATIVES = re.compile(r"\b(dFdx|dFdy|fwidth|ddx|ddy|dpdx|dpdy)\b")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines.osl import CYCLES
-from mrm_mtlx.validation.osl_light import compare_in_osl, sun_points
-from mrm_mtlx.validation.sampling import LobeShape, generator
+from mrm_mtlx.validation.comparison.closures import compare_in_osl, sun_points
+from mrm_mtlx.validation.comparison.sampling import LobeShape, generator
 
 METAL = """
   <conductor_bsdf name="bsdf" type="BSDF">

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import GenerationError, generate
-from mrm_mtlx.validation.document_mends import MENDS
+from mrm_mtlx.validation.comparison.document_mends import MENDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

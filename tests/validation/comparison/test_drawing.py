@@ -13,8 +13,8 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.base import CompileError, CompileMessage, DirectionalLight, Engine, EngineFailure, Program
 from mrm_mtlx.engines.gl import ENGINE, SurfaceProgram
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.drawing import check_draws
-from mrm_mtlx.validation.expectation import Expectation
+from mrm_mtlx.validation.comparison.drawing import check_draws
+from mrm_mtlx.validation.comparison.expectation import Expectation
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,8 +9,8 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.documents.images import read_stored
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation import element as element_module
+from mrm_mtlx.validation.checks.files import check_files
 from mrm_mtlx.validation.element import ElementCheck
-from mrm_mtlx.validation.file_checks import check_files
 from mrm_mtlx.validation.options import Request
 from mrm_mtlx.validation.results import RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.steps import Steps

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
-from mrm_mtlx.validation.sampling import LIGHT, LobeShape, generator, local_directions, sample_local, shading_points
+from mrm_mtlx.validation.comparison.sampling import (
+    LIGHT,
+    LobeShape,
+    generator,
+    local_directions,
+    sample_local,
+    shading_points,
+)
 
 COUNT = 20_000
 

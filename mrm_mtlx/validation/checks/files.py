@@ -1,4 +1,4 @@
-"""Checks of the files that a document names: images, and sources of its implementations (`source_checks`)."""
+"""Checks of the files that a document names: images, and sources of its implementations (`sources`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import MaterialX as mx
 from mrm_mtlx.documents.elements import is_connected, location, nodes_of
 from mrm_mtlx.documents.filenames import filename_of
 from mrm_mtlx.documents.image_checks import check_image
-from mrm_mtlx.validation.source_checks import check_sources
+from mrm_mtlx.validation.checks.sources import check_sources
 
 if TYPE_CHECKING:
     from mrm_mtlx.documents.files import Reach

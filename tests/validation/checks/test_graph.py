@@ -10,11 +10,11 @@ import pytest
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings.finding import MAXIMUM_OF_A_RULE
 from mrm_mtlx.validation.checks.cycles import MAXIMUM_CHAIN
+from mrm_mtlx.validation.checks.files import check_files
+from mrm_mtlx.validation.checks.graph import check_graph
 from mrm_mtlx.validation.checks.nodes import Spelling
+from mrm_mtlx.validation.checks.retroreflection import check_retroreflection
 from mrm_mtlx.validation.checks.scope import nothing_to_render
-from mrm_mtlx.validation.file_checks import check_files
-from mrm_mtlx.validation.graph_checks import check_graph
-from mrm_mtlx.validation.retro_checks import check_retroreflection
 
 SHOWN = (
     '<surface name="surface" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="metal"/></surface>'

@@ -12,10 +12,10 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
-from mrm_mtlx.validation.drawing import check_draws
-from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.mending import mended_sources
-from mrm_mtlx.validation.sampling import generator
+from mrm_mtlx.validation.comparison.drawing import check_draws
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.mending import mended_sources
+from mrm_mtlx.validation.comparison.sampling import generator
 
 # Hash of integers: of 32 bits where they are mediump, in a driver that has 16 for those.
 NOISE = '<noise3d name="n" type="float"/><output name="o" type="float" nodename="n"/>'

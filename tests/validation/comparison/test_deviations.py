@@ -7,8 +7,8 @@ import pytest
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate
-from mrm_mtlx.validation.expectation import Expectation
-from mrm_mtlx.validation.sampling import generator
+from mrm_mtlx.validation.comparison.expectation import Expectation
+from mrm_mtlx.validation.comparison.sampling import generator
 
 LAYERED = """
   <nodedef name="ND_flaky" node="flaky">

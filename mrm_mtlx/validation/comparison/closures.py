@@ -10,16 +10,16 @@ import numpy as np
 from mrm_mtlx.reference import Model, ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.reference.models import LobeKind
 from mrm_mtlx.shadergen import OslMode, generate
-from mrm_mtlx.validation import sampling
-from mrm_mtlx.validation.comparison import compare
-from mrm_mtlx.validation.expectation import shape_of
+from mrm_mtlx.validation.comparison import sampling
+from mrm_mtlx.validation.comparison.expectation import shape_of
+from mrm_mtlx.validation.comparison.samples import compare
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mrm_mtlx.engines.base import ClosureBench
     from mrm_mtlx.library import DataLibrary
-    from mrm_mtlx.validation.comparison import Comparison
+    from mrm_mtlx.validation.comparison.samples import Comparison
 
 # Angles between v and l of the suns that closures are measured under: from well inside the narrowest lobe to grazing.
 ANGLES_DEG = (0.05, 0.15, 0.4, 1.0, 2.5, 6.0, 12.0, 25.0, 45.0, 70.0, 100.0, 140.0)
