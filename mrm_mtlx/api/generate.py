@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from mrm_mtlx.api.errors import ShaderError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
 from mrm_mtlx.system.arguments import ArgumentError, check_choice
@@ -114,8 +113,7 @@ def generate(
         try:
             shaders[name] = generate_shader(opened.element(name), target, opened.library, OslMode(osl_mode))
         except GenerationError as error:
-            found = opened.imported.in_source(rules.SHADER_GENERATE.at(f"/{name}", str(error)))
-            raise ShaderError(str(found), (*opened.findings, found)) from error
+            raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
     files = {
         f"{name.replace('/', '_')}{suffix}": shader.sources[stage]
         for name, shader in shaders.items()

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRenderError
+from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRenderError, ShaderError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.system import child
 from mrm_mtlx.system.arguments import ArgumentError, check_choice, refuse
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.documents.document import Document
     from mrm_mtlx.documents.image_checks import CheckedImages
-    from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.findings.finding import Finding, Rule
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.reference import Surface
 
@@ -73,6 +73,11 @@ class OpenDocument:
             msg = f"{element}: expected one of {', '.join(self.elements)}"
             raise ArgumentError(msg, "element")
         return OpenDocument(self.path, self.findings, (element,), self.imported, self.library)
+
+    def shader_error(self, rule: Rule, name: str, error: Exception) -> ShaderError:
+        """An exception that says why an element has no shader, as a case of a rule."""
+        found = self.imported.in_source(rule.at(f"/{name}", str(error)))
+        return ShaderError(str(found), (*self.findings, found))
 
     def surfaces(self) -> list[OpenSurface]:
         """The surfaces of its elements, ready to be evaluated.

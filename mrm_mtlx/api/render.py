@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from mrm_mtlx.api.errors import ShaderError, UnavailableError
+from mrm_mtlx.api.errors import UnavailableError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
 from mrm_mtlx.system import child
@@ -206,10 +206,11 @@ class _Job:
         """The samples, and how many there are per pixel along each axis."""
         from mrm_mtlx.documents.document_images import ImagesTooLargeError
         from mrm_mtlx.engines.base import CompileError, EngineFailure
+        from mrm_mtlx.findings import rules
         from mrm_mtlx.render import picture
         from mrm_mtlx.shadergen import GenerationError
 
-        name, findings = self.opened.elements[0], self.opened.findings
+        name = self.opened.elements[0]
         try:
             options = self._options()
             child.allow(picture.memory(options))
@@ -223,11 +224,9 @@ class _Job:
         except ValueError as error:
             raise ArgumentError(str(error)) from error
         except GenerationError as error:
-            msg = f"error SHADER_GENERATE /{name}: {error}"
-            raise ShaderError(msg, findings) from error
+            raise self.opened.shader_error(rules.SHADER_GENERATE, name, error) from error
         except CompileError as error:
-            msg = f"error SHADER_COMPILE: {error}"
-            raise ShaderError(msg, findings) from error
+            raise self.opened.shader_error(rules.SHADER_COMPILE, name, error) from error
         except EngineFailure as error:
             raise UnavailableError(str(error)) from error
 

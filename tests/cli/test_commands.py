@@ -259,14 +259,14 @@ def test_a_broken_document_is_not_rendered(mrm_here, documents, tmp_path, code, 
 def test_a_shader_that_does_not_compile_is_not_rendered(mrm, documents, tmp_path, gl):
     done = mrm("render", documents / "SHADER_COMPILE" / "triggers.mtlx", "-o", "a.png", "--size", "24")
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("error SHADER_COMPILE: ")
+    assert done.stderr.startswith("SHADER_COMPILE/triggers.mtlx:16:3: error SHADER_COMPILE /material: ")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_shader_that_cannot_be_generated_is_not_rendered(mrm_here, documents, gl):
     done = mrm_here("render", documents / "SHADER_GENERATE" / "triggers.mtlx", "-o", "a.png", "--size", "24")
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("error SHADER_GENERATE")
+    assert done.stderr.startswith("SHADER_GENERATE/triggers.mtlx:16:3: error SHADER_GENERATE /material: ")
 
 
 def test_a_folder_is_no_document(mrm_here, tmp_path, gl):
