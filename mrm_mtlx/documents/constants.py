@@ -28,7 +28,7 @@ def numbers(element: Any) -> Array:
 
 
 def nothing_given(kind: str) -> Array | None:
-    """What generators give an input that has no value anywhere: zeros, a matrix of unity; None for closures."""
+    """The value that generators give an input that has none anywhere: zeros, a matrix of unity; None for closures."""
     if kind.startswith("matrix"):
         return np.eye(int(kind[-1]))[:, :, None]
     if kind.startswith(("color", "vector")):

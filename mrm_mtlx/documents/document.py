@@ -58,7 +58,7 @@ class Document:
     findings: list[Finding] = field(default_factory=list)
 
     def source_location(self, location: str) -> str:
-        """Where the source file has the element at "/material/node/input", or else the nearest of its parents."""
+        """The place in the source file of the element at "/material/node/input", or of its nearest parent."""
         path, rest = location.removeprefix("/"), ""
         while path and path not in self.source_locations:
             path, _, last = path.rpartition("/")

@@ -18,5 +18,5 @@ def location(element: Any) -> str:
 
 
 def is_connected(element: Any) -> bool:
-    """Whether an input takes its value from elsewhere than a literal or an interface."""
+    """True if an input takes its value from elsewhere than a literal or an interface."""
     return bool(element.getNodeName() or element.getNodeGraphString() or element.getOutputString())

@@ -21,7 +21,7 @@ _DRIVE = re.compile("[A-Za-z]:")
 
 @dataclass(frozen=True)
 class Reach:
-    """Where the names of files in a document lead, and what lies outside; plain data that crosses processes.
+    """The folders to which the names of files in a document may lead; plain data that crosses processes.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Reach:
         return replace(self, folder=folder)
 
     def locate(self, name: str) -> Path:
-        """Where a name leads, links not followed.
+        """The path to which a name leads, links not followed.
 
         The name is read as MaterialX reads it: both separators count, and the first folder that has the file wins. A
         file that is nowhere would lie in `folder`.
@@ -109,7 +109,7 @@ class Reach:
         return [path for path in found if path != place and _exists(path)]
 
     def within(self, target: Path) -> Path:
-        """Where a file that was resolved lies, as seen from the folder that holds it.
+        """The path of a file that was resolved, as seen from the folder that holds it.
 
         Raises
         ------
@@ -140,17 +140,17 @@ def _plain(name: str) -> str:
 
 
 def names_nothing(name: str) -> bool:
-    """Whether a name is empty, or that of a folder, as a prefix is to which no name was added."""
+    """True if a name is empty, or that of a folder, as a prefix is to which no name was added."""
     return not name or name.endswith(("/", "\\"))
 
 
 def names_tiles(name: str) -> bool:
-    """Whether a name is that of a set of tiles or frames, of which there has to be one at least."""
+    """True if a name is that of a set of tiles or frames, of which there has to be one at least."""
     return bool(_FRAME.search(name)) or any(token in name for token in _TILES)
 
 
 def is_left_open(name: str) -> bool:
-    """Whether a name means what only geometry or a host knows: nothing need be there."""
+    """True if a name means what only geometry or a host knows: nothing need be there."""
     return bool(_TOKEN.search(name)) and not names_tiles(name)
 
 

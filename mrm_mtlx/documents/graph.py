@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Scope:
-    """Where an element stands: inside which graph, and what is bound to the graph's interface.
+    """The place of an element: inside which graph, and what is bound to the graph's interface.
 
     `path` tells apart two uses of one graph; `node` is the node that uses it, in the scope `outer`; `values` are given
     for interface names without a node, and are made of `needs` (see the reference's `Perturbation.touches`). `shown` is
@@ -73,7 +73,7 @@ def binding(element: Any, scope: Scope) -> str | None:
 
 
 def interface_input(element: Any) -> Any:
-    """What gives the value of an input with an interface name, where nothing uses its graph, or None.
+    """The element that gives the value of an input with an interface name, where nothing uses its graph, or None.
 
     The graph's own input, or that of the node definition which the graph implements.
     """

@@ -19,7 +19,7 @@ _UNREADABLE = "Save the image again, within the limits that are named, in a form
 
 
 def check_image(name: str, reach: Reach, place: str) -> list[Finding]:
-    """What is wrong with an image, or a set of them, by its name in a document; `place` is the finding's."""
+    """Findings on an image, or a set of them, by its name in a document; `place` is the finding's."""
     if names_nothing(name):
         return []
     members = [] if is_left_open(name) else reach.members(name)

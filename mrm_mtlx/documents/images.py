@@ -224,13 +224,13 @@ def _kept_type(spec: Any) -> Any:
 
 
 def _plain(said: str, path: Path) -> str:
-    """What OpenImageIO says, on one line and without the folder."""
+    """OpenImageIO's message, on one line and without the folder."""
     names = said.replace(str(path), path.name).replace(f"{path.parent}{os.sep}", "")
     return printable(names.strip()) or "no reason given"
 
 
 def component(pixels: NDArray[Any], number: int) -> NDArray[Any] | None:
-    """What a node of four components reads as one of them, as it is stored, shape (...); None where that is opaque."""
+    """The component that a node of four reads as the last, as it is stored, shape (...); None where that is opaque."""
     channel = _OF_FOUR[min(pixels.shape[-1], 4)][number]
     return None if channel is None else pixels[..., channel]
 

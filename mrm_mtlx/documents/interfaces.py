@@ -1,4 +1,4 @@
-"""What comes through the interface of a graph: the colour space of its values, and numbers that are passed over."""
+"""Values through the interface of a graph: their colour space, and numbers that are passed over."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def file_space(given: Any, scope: Scope) -> str:
 
 
 def gives_colors(node: Any) -> bool:
-    """Whether generators transform what a node gives by the colour space of its files."""
+    """True if generators transform what a node gives by the colour space of its files."""
     kind = str(node.getType())
     return kind.startswith("color") or kind == "multioutput"
 
 
 def is_passed_over(interface: Any, declared: Any, scope: Scope) -> bool:
-    """Whether generators use a geometric default in the place of the number that an input of a graph holds.
+    """True if generators use a geometric default in the place of the number that an input of a graph holds.
 
     They do as they do with numbers given to a node; but not in the graph whose own output is shown.
     """

@@ -1,4 +1,4 @@
-"""Where in its files an element of a document stands."""
+"""Source locations of the elements of a document."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _CONTENT = ("value", "nodename", "nodegraph", "interfacename")
 
 
 class Locations(Protocol):
-    """Where the elements of a file stand, by their place in that format: a path, a JSON pointer, a prim path."""
+    """Source locations of the elements of a file, by their place there: a path, a JSON pointer, a prim path."""
 
     def of(self, place: str) -> SourceLocation:
-        """Where an element stands, or else its nearest parent that is known, or else the file."""
+        """The location of an element, or else of its nearest parent that is known, or else of the file."""
 
 
 class WholeFile:
-    """What is said where no more than the file is known."""
+    """The location of which no more than the file is known."""
 
     def __init__(self, file: str) -> None:
         self._file = file
@@ -38,7 +38,7 @@ class WholeFile:
 
 
 class XmlLocations:
-    """Where the elements of a document stand, and of the documents that it includes.
+    """Source locations of the elements of a document, and of the documents that it includes.
 
     MaterialX changes documents of earlier versions while it reads them: elements get other names, and sometimes each
     other's. Whatever is not as it stands in the file has the location of its parent.
@@ -57,7 +57,7 @@ class XmlLocations:
         self._document, self._file, self._elements = document, file, elements
 
     def of(self, place: str) -> SourceLocation:
-        """Where the element with a path stands, "/graph/node"."""
+        """The location of the element with a path, "/graph/node"."""
         names = place.removeprefix("/").split("/")
         element = self._document.getChild(names[0]) if names[0] else None
         uri = "" if element is None else element.getActiveSourceUri()
@@ -69,7 +69,7 @@ class XmlLocations:
 
 
 def _nearest(elements: XmlElements, element: Any, number: int | None, names: Sequence[str]) -> int | None:
-    """What a file has of the element that names lead to from one of its parents, or else the nearest parent.
+    """The location of the element that names lead to from one of its parents, or else of the nearest parent.
 
     `element` and `number` are the parent in the document and in the file; None if the file has not even that.
     """
@@ -91,7 +91,7 @@ def _top_level(elements: XmlElements, element: Any) -> int | None:
 
 
 def _is_as_in_file(element: Any, tag: str, attributes: Mapping[str, str]) -> bool:
-    """Whether an element of a document is the one that a file has under its path."""
+    """True if an element of a document is the one that a file has under its path."""
     if element.getCategory() not in _PORTS:
         return tag not in _PORTS
     return tag in _PORTS and all(element.getAttribute(name) == attributes.get(name, "") for name in _CONTENT)

@@ -1,4 +1,4 @@
-"""Where the elements of an XML file begin, by the names that MaterialX gives them."""
+"""Beginnings of the elements of an XML file, by the names that MaterialX gives them."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class XmlElements:
         return self._children.get((parent, name))
 
     def position(self, number: int) -> Position:
-        """Where the tag of an element begins."""
+        """The beginning of an element's tag."""
         return self._positions.at(self._offsets[number])
 
     def tag(self, number: int) -> tuple[str, dict[str, str]]:

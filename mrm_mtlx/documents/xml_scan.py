@@ -38,7 +38,7 @@ class Include(NamedTuple):
 
 @dataclass
 class Scan:
-    """What the XML of one file says before it is read.
+    """Findings, inclusions and elements of the XML of one file, before it is read.
 
     Attributes
     ----------

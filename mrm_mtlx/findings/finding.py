@@ -19,7 +19,7 @@ LONGEST_TEXT = 4000
 
 
 class Severity(StrEnum):
-    """How bad: an error fails the run, a warning fails it under --strict."""
+    """Severity of a rule: an error fails the run, a warning fails it under --strict."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -63,7 +63,7 @@ class Rule:
     check: Callable[[Any], Iterable[Finding]] | None = field(default=None, repr=False)
 
     def is_among(self, beginnings: tuple[str, ...]) -> bool:
-        """Whether the code starts with one of these, as users name rules and groups of them."""
+        """True if the code starts with one of these, as users name rules and groups of them."""
         return self.code.startswith(beginnings)
 
     def at(self, location: str, message: str, hint: str = "") -> Finding:
@@ -107,7 +107,7 @@ class Finding:
 
     @property
     def blocks(self) -> bool:
-        """Whether nothing can be made of the document: an error, but not of what is around it."""
+        """True if nothing can be made of the document: an error, but not of what is around it."""
         return self.severity is Severity.ERROR and not self.rule.of_surroundings
 
     def in_file(self, file: str) -> Finding:

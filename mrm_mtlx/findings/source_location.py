@@ -1,4 +1,4 @@
-"""Where in a file something stands."""
+"""Places in files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SourceLocation:
-    """Where in a file something stands; plain data that crosses processes.
+    """A place in a file; plain data that crosses processes.
 
     Attributes
     ----------

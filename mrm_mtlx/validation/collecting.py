@@ -69,17 +69,17 @@ def documents_of(folder: Path, exclude: Sequence[str] = ()) -> list[Path]:
 
 
 def _is_a_tools(name: str) -> bool:
-    """Whether a folder below the one that was named belongs to a tool."""
+    """True if a folder below the one that was named belongs to a tool."""
     return name.startswith(".") or name == "node_modules"
 
 
 def _matches(path: Path, patterns: Sequence[str]) -> bool:
-    """Whether a pattern is for a path, relative to the folder that was named."""
+    """True if a pattern is for a path, relative to the folder that was named."""
     return any(fnmatchcase(path.as_posix() if "/" in each else path.name, each.strip("/")) for each in patterns)
 
 
 def _unreadable(file: Path, reach: Reach | None) -> Finding | None:
-    """Why a file is not even handed to a worker; `reach` is that of one that was found in a folder."""
+    """The finding on a file that no worker is given, or None; `reach` is that of one found in a folder."""
     try:
         file.resolve()
         str(file).encode("utf-8")

@@ -1,4 +1,4 @@
-"""How much light a surface reflects: its directional albedo, by importance sampling of every lobe."""
+"""Directional albedo of a surface, the share of light that it reflects, by importance sampling of every lobe."""
 
 from __future__ import annotations
 

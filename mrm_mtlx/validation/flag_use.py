@@ -1,4 +1,4 @@
-"""Whether generated code depends on the retroreflective flag."""
+"""Use of the retroreflective flag in generated code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def ignores_flag(shader: Shader, node_name: str) -> bool:
-    """Whether the generated code does not depend on a node's retroreflective flag.
+    """True if the generated code does not depend on a node's retroreflective flag.
 
     The flag is a variable, unless it is connected. It is ignored if it is declared and never read again, or handed to
     functions none of which reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on.
@@ -26,7 +26,7 @@ def ignores_flag(shader: Shader, node_name: str) -> bool:
 
 
 def _reads_argument(source: str, function: str, arguments: str, flag: str) -> bool:
-    """Whether a function that the source defines reads the parameter that the flag is given for."""
+    """True if a function that the source defines reads the parameter that the flag is given for."""
     definition = re.search(rf"^\w[\w ]*\b{function}\s*\(([^)]*)\)\s*\{{(.*?)^\}}", source, re.MULTILINE | re.DOTALL)
     if definition is None:  # built into the language: nothing is known against it
         return True

@@ -1,4 +1,4 @@
-"""What is asked of a check: of all documents, and of one; plain data that crosses processes."""
+"""Options of a check, and the request for one document; plain data that crosses processes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckOptions:
-    """How a document is checked.
+    """Options of the check of a document.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class CheckOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ValidationOptions(CheckOptions):
-    """How documents are checked; the defaults are those of the command line.
+    """Options of a run over documents; the defaults are those of the command line.
 
     Attributes
     ----------

@@ -81,7 +81,7 @@ def _is_off(node: Any) -> bool:
 
 
 def _has_twin(node: Any) -> bool:
-    """Whether the node is the ordinary part of a lobe whose other part has the flag on: that is swept as it is."""
+    """True if the node is the ordinary part of a lobe whose other part has the flag on: that is swept as it is."""
     mixtures = [port.getParent() for port in node.getDownstreamPorts()]
     others = [m.getConnectedNode(name) for m in mixtures if m.getCategory() == "mix" for name in ("fg", "bg")]
     return any(o is not None and o.getCategory() == node.getCategory() and is_retroreflective(o) for o in others)

@@ -64,7 +64,7 @@ def documents(
 
 
 def engines(targets: Sequence[str]) -> dict[str, dict[str, Any]]:
-    """What runs or compiles source of these targets here, and of glsl: to try the others would only take time."""
+    """Engines that run or compile source of these targets here, and of glsl: to try the others would only take time."""
     from mrm_mtlx.engines import registry
 
     report: dict[str, dict[str, Any]] = {}

@@ -48,7 +48,7 @@ class ValidationReport(Shown, ValidationResult):
 
     @property
     def passed(self) -> bool:
-        """Whether something was checked, and nothing is wrong with it."""
+        """True if something was checked, and nothing is wrong with it."""
         return self.exit_status == 0
 
     def verdict(self) -> str:
@@ -69,7 +69,7 @@ class ValidationReport(Shown, ValidationResult):
 
 @dataclass(frozen=True, repr=False)
 class LintReport(Shown):
-    """What reading documents, and checking their structure, found; `strict` is whether warnings count as failures."""
+    """Findings of reading documents and of checking their structure; `strict` is whether warnings count as failures."""
 
     documents: list[DocumentResult]
     strict: bool = False
@@ -81,7 +81,7 @@ class LintReport(Shown):
 
     @property
     def passed(self) -> bool:
-        """Whether there are documents, and no errors in them."""
+        """True if there are documents, and no errors in them."""
         wrong = [found for _, found in self.findings if self.strict or found.severity is Severity.ERROR]
         return bool(self.documents) and not wrong
 

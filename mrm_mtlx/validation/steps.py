@@ -39,7 +39,7 @@ READING = Step("", "reading")
 
 @dataclass
 class Record:
-    """What is known of a check's steps.
+    """Record of a check's steps.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def _append(path: Path, kind: str, step: Step, value: Any) -> None:
 
 
 def lost_finding(step: Step, reason: str, *, timed_out: bool) -> Finding:
-    """What is said of a step that was not finished."""
+    """The finding on a step that was not finished."""
     part = "" if step == READING else f"{step.part}: "
     place = f"/{step.element}" if step.element else ""
     rule = rules.CHECK_TIMEOUT if timed_out else rules.CHECK_CRASHED
@@ -138,7 +138,7 @@ class Steps:
             process_limits.limit_time(self._limit_s)
 
     def skips(self, step: Step) -> bool:
-        """Whether a step is not tried any more, because too many others were lost."""
+        """True if a step is not tried any more, because too many others were lost."""
         known = step in self._record.done or step in self._record.lost
         return len(self._record.lost) >= MAXIMUM_LOST and not known
 
@@ -150,7 +150,7 @@ class Steps:
 
 
 def error_reason(error: BaseException) -> str:
-    """What an error inside of the check is called in a finding."""
+    """The words for an error inside of the check in a finding."""
     if isinstance(error, MemoryError):
         return process_limits.memory_reason()
     return f"internal error: {type(error).__name__}: {error}"

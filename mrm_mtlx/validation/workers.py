@@ -105,7 +105,7 @@ class _Task:
         return future
 
     def lost_its_process(self, future: Future[DocumentResult]) -> bool:
-        """Whether the worker died, or was ended."""
+        """True if the worker died, or was ended."""
         import pebble
 
         return isinstance(future.exception(), TimeoutError | pebble.ProcessExpired)

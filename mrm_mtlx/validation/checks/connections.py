@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_connection(port: Any) -> Iterator[Finding]:
-    """Whether what an input or output is connected to is there, which of its outputs is meant, and its type."""
+    """Findings on a connection to what is not there, leaves open which output is meant, or is of another type."""
     if not is_connected(port):
         return
     named, output = port.getNodeName() or port.getNodeGraphString() or port.getOutputString(), port.getOutputString()
@@ -43,7 +43,7 @@ def check_connection(port: Any) -> Iterator[Finding]:
 
 
 def names_only_output(port: Any) -> bool:
-    """Whether a port names an output of a node that has one alone, by that name or another."""
+    """True if a port names an output of a node that has one alone, by that name or another."""
     node = port.getConnectedNode() if port.getNodeName() and port.getOutputString() else None
     return node is not None and len(_outputs(node)) == 1
 
@@ -94,7 +94,7 @@ def _outputs(source: Any) -> dict[str, str]:
 
 
 def _is_uniform(port: Any) -> bool:
-    """Whether a port is connected to a constant, to what is declared uniform, to one of these through dots, or not."""
+    """True if a port is connected to a constant, to what is declared uniform, to one of these through dots, or not."""
     source = _source(port)
     if source is None or source.isA(mx.Output):
         return source is None or bool(source.getIsUniform())

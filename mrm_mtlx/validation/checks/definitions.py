@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check_definition(element: Any) -> Iterator[Finding]:
-    """Whether outputs of a definition have types, the graph that implements it has the same, and a unit has a scale."""
+    """Findings on outputs without a type, graphs with other outputs than their definition, units without a scale."""
     if element.isA(mx.NodeDef):
         for output in element.getOutputs():
             if not output.getType():

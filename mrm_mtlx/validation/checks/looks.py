@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def check_look(element: Any) -> Iterator[Finding]:
-    """Whether an element of a look, or a group of looks or of geometry, names what the document has.
+    """Findings on names in a look, or a group of looks or of geometry, that the document lacks.
 
     A collection that geometry is assigned by, and a look that is inherited, are MaterialX's own to check.
     """

@@ -1,4 +1,4 @@
-"""What MaterialX's own validation says, as findings with a place."""
+"""Messages of MaterialX's own validation, as findings with a place."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def messages_of_validation(document: mx.Document, messages: str, *, explained: b
 
 
 def _of_version(document: mx.Document) -> Finding:
-    """That MaterialX does not know the document's version."""
+    """The finding that MaterialX does not know the document's version."""
     known = document_version()
     message = f"its version is '{document.getVersionString()}', expected one up to {known}, which MaterialX reads here"
     return rules.DOC_INVALID.at("", message, f'Write version="{known}" if the document is of it, or update MaterialX.')

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Spelling:
-    """Which of the names that there are a wrong one in a document may have meant, of as many as are told of it.
+    """Names that a wrong one in a document may have meant, for as many as are told of it.
 
     To look for one takes a thousandth of a second; documents can have a hundred thousand.
     """
@@ -33,7 +33,7 @@ class Spelling:
         return self.of(category, self._definitions if category.startswith("ND_") else self._nodes)
 
     def of(self, name: str, known: Sequence[str]) -> str:
-        """What is said after a wrong name: "; did you mean 'x'?", or "" if none is near, or enough was said."""
+        """Words after a wrong name: "; did you mean 'x'?", or "" if none is near, or enough was said."""
         self._asked += 1
         near = difflib.get_close_matches(name[:_LONGEST], known, 1) if self._asked <= MAXIMUM_OF_A_RULE else []
         return f"; did you mean '{near[0]}'?" if near else ""
@@ -56,7 +56,7 @@ _LONGEST = 64
 
 
 def check_node(node: Any, spelling: Spelling) -> Iterator[Finding]:
-    """Whether the node is defined, and its inputs with it."""
+    """Findings on a node that is not defined, and on inputs that its definition lacks or refuses."""
     definition = node.getNodeDef()
     if definition is None:
         yield from _undefined(node, spelling)
@@ -84,7 +84,7 @@ def check_property_name(node: Any) -> Iterator[Finding]:
 
 
 def _undefined(node: Any, spelling: Spelling) -> Iterator[Finding]:
-    """Why a node has no definition: no such category, an unknown input, a wrong type."""
+    """Findings that say why a node has no definition: no such category, an unknown input, a wrong type."""
     category = node.getCategory()
     definitions = node.getDocument().getMatchingNodeDefs(category)
     if not definitions:

@@ -56,7 +56,7 @@ def retroreflecting_nodes(document: mx.Document) -> list[Any]:
 
 
 def is_retroreflective(node: Any) -> bool:
-    """Whether the node's flag is on, as a literal or through an interface, or its amount is anything but 0."""
+    """True if the node's flag is on, as a literal or through an interface, or its amount is anything but 0."""
     amount = amount_input(node)
     if amount:
         return not _is(node, amount, 0.0)
@@ -125,6 +125,6 @@ def _kind(node: Any) -> str:
 
 
 def _is(node: Any, name: str, number: float) -> bool:
-    """Whether an input is this number in every component, everywhere; what is below 0 counts as 0."""
+    """True if an input is this number in every component, everywhere; what is below 0 counts as 0."""
     value = constant_input(node, name)
     return isinstance(value, np.ndarray) and bool(np.all(np.maximum(value, 0.0) == number))

@@ -1,4 +1,4 @@
-"""What of a document is not compared with the reference, beside what cannot be."""
+"""Parts of documents that are not compared with the reference, beside those that cannot be."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OTHERS = {"volumeshader": "volumes", "lightshader": "lights", "displacementshad
 
 
 def nothing_to_render(document: mx.Document) -> Finding:
-    """That a document has nothing to generate a shader from, and what it has instead."""
+    """The finding that a document has nothing to generate a shader from, and what it has instead."""
     types = {str(node.getType()) for node in nodes_of(document)}
     others = [name for kind, name in _OTHERS.items() if kind in types]
     message = "no material with a surface, and no output to show"

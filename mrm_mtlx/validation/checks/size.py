@@ -1,4 +1,4 @@
-"""How many nodes a document's surfaces come to."""
+"""Number of nodes that a document's surfaces come to."""
 
 from __future__ import annotations
 

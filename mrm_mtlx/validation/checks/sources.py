@@ -65,7 +65,7 @@ class _Sources:
         self._known: set[tuple[Path, bool]] = set()
 
     def check(self, implementation: Any) -> Iterator[Finding]:
-        """What is wrong with the source of an implementation."""
+        """Findings on the source of an implementation."""
         place, is_slang = location(implementation), implementation.getTarget() == "genslang"
         inline, name = str(implementation.getAttribute("sourcecode")), str(implementation.getFile())
         if inline:
@@ -107,7 +107,7 @@ class _Sources:
                 yield path, self._text(path)
 
     def _found(self, name: str, folder: Path) -> list[Path]:
-        """Where a generator looks for a name; one of its tokens may stand for any text."""
+        """Files that a generator tries for a name; one of its tokens may stand for any text."""
         place = Reach(folder, self._root, self._libraries).locate(name)
         if not _TOKEN.search(name) or ".." in place.parts or not place.is_relative_to(folder):
             return [place]

@@ -36,7 +36,7 @@ _CLOSURES = ("BSDF", "EDF", "VDF")
 
 
 def check_form(element: Any) -> Iterator[Finding]:
-    """Whether the value of an element (an input, an interface, a default, a token) has the form of its type."""
+    """Findings on a value (of an input, an interface, a default, a token) that has not the form of its type."""
     text = element.getAttribute("value")
     if not text or (element.isA(mx.PortElement) and is_connected(element)):
         return
@@ -50,7 +50,7 @@ def check_form(element: Any) -> Iterator[Finding]:
 
 
 def check_value(given: Any, declared: Any) -> Iterator[Finding]:
-    """Whether a value that an input is given has an effect, and is what its definition wants."""
+    """Findings on a value of an input that has no effect, or is not what its definition wants."""
     text = given.getValueString()
     if not text or is_connected(given):
         return
@@ -100,7 +100,7 @@ def _check_range(given: Any, declared: Any) -> Iterator[Finding]:
 
 
 def _fault(kind: str, text: str, document: Any, inside: tuple[str, ...]) -> str:
-    """What is wrong with a value of a type, "" if nothing; `inside` are the types that it is a member of."""
+    """The fault of a value of a type, "" if there is none; `inside` are the types that it is a member of."""
     definition = document.getTypeDef(kind)
     if kind in _CLOSURES or (definition is not None and definition.getSemantic() in ("shader", "material")):
         return f"'{text}' is given as a value, but what is of type {kind} has none and can only be connected"

@@ -86,7 +86,7 @@ def check_draws(
 
 
 def _unfit(engine: Engine, shader: Shader) -> str:
-    """Why what an engine gives cannot be held against the reference, continuing its name; "" if it can."""
+    """The reason why what an engine gives cannot be compared, continuing its name; "" if it can."""
     can = engine.capabilities
     if can.significand_bits < FLOAT32_BITS:
         return "computes with fewer bits than float32, for which tolerances are made"

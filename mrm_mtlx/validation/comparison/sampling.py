@@ -28,7 +28,7 @@ _BACK = 16
 
 @dataclass(frozen=True)
 class LobeShape:
-    """What the sampling needs of a microfacet lobe: widths, scalars or shape (samples,), and the flag."""
+    """A microfacet lobe as the sampling needs it: widths, scalars or shape (samples,), and the flag."""
 
     alpha_x: Array
     alpha_y: Array
@@ -116,7 +116,7 @@ def geometric_properties(rng: np.random.Generator, kinds: Mapping[str, str], cou
 
 
 def reflect_at_slopes(v: Array, lobe: LobeShape, radius: Array, phi: Array) -> Array:
-    """Where a lobe sends light that is seen from v, for facets given by their slope, shape (samples, 3).
+    """Directions of the light that a lobe sends to v, for facets given by their slope, shape (samples, 3).
 
     `v` has shape (samples, 3) or (3,); the slope is `radius`, in units of the lobe's widths, at azimuth `phi`. The
     facet's mirror direction of v, or of v' for a retroreflective lobe.
