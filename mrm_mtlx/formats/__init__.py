@@ -1,6 +1,11 @@
-"""Formats of materials: what of a document they can say, and what they say of it.
+"""File formats of materials: what of a document each can say, and what it says of one.
 
-* `formats`: the table of those that are translated from and into MaterialX documents, by the ending of a file's name.
-* `imported`: what a reader returns.
-* `openmaterial`: the coefficient of retroreflection of ASAM OpenMATERIAL 3D.
+* `registry`: the one table of formats, with those of other packages. `format` is what each of them is, and `options`
+  what it may declare for `mrm convert`.
+* `reading`: an untrusted file of any format as a `documents.document.Document`: the one door.
+* `materialx`, `usd`, `gltf`: read and written. `openmaterial`: a coefficient of retroreflection, written, compared, and
+  fitted to.
+* `files`: image files that are copied beside what is written; `json_text`, `json_positions`: untrusted JSON.
+
+Formats lie above `reference` and `photometry`: glTF and OpenMATERIAL say values of surfaces, which are evaluated.
 """

@@ -42,14 +42,14 @@ def name_beside(name: str, source: Document, path: Path, files: FileSet) -> str:
 
 
 def _member(inner: Path, place: Path, file: Path) -> Path:
-    """Where a file of a set is copied to, if the set, which lies at `place`, goes to `inner`."""
+    """The path that a file of a set is copied to, if the set, which lies at `place`, goes to `inner`."""
     differing = (number for number, pair in enumerate(zip(place.parts, file.parts, strict=True)) if len(set(pair)) > 1)
     count = len(file.parts) - next(differing, len(file.parts) - 1)
     return Path(*inner.parts[:-count], *file.parts[-count:])
 
 
 def _checked(file: Path, source: Document) -> Path:
-    """Where the content of a file lies that is to be copied."""
+    """The path, links followed, of a file that is to be copied."""
     target = source.reach.inside(file)
     if target is None:
         message = f"the file '{file.name}' is a link that leads outside the folder being checked"

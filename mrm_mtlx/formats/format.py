@@ -1,4 +1,4 @@
-"""What a file format is: its name, its endings, what can be done with its files, and the module that does it."""
+"""The contract of file formats: names, endings, what can be done with files of one, and the module that does it."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ class Coefficient(NamedTuple):
 
 
 class Comparison(Protocol):
-    """What comparing a document with a file gives; its text is the report, with the verdict last."""
+    """The result of comparing a document with a file; its text is the report, with the verdict last."""
 
     @property
     def equal(self) -> bool:
-        """Whether both say the same."""
+        """True if both say the same."""
 
 
 class Capability(StrEnum):
-    """What can be done with files of a format; each is a function of that name in its module."""
+    """Something that can be done with files of a format, by a function of that name in its module."""
 
     READ = "read"
     WRITE = "write"
@@ -105,7 +105,7 @@ class Format:
     options: str = ""
 
     def can(self, capability: Capability) -> bool:
-        """Whether there is such a function."""
+        """True if the format has a capability."""
         return capability in self.capabilities
 
     @property
@@ -117,11 +117,11 @@ class Format:
 
     @property
     def writes_beside(self) -> bool:
-        """Whether there may be files beside a file that is written."""
+        """True if there may be files beside a file that is written."""
         return self.can(Capability.WRITE) and hasattr(self._module, "names")
 
     def recognises(self, start: bytes) -> bool:
-        """Whether a file with these first bytes may be one of the format."""
+        """True if a file with these first bytes may be one of the format."""
         return not self.ambiguous or bool(self._module.recognises(start))
 
     def read(self, path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Document:

@@ -58,7 +58,7 @@ def pointer(*keys: str | int) -> str:
 
 
 def kind(value: Any) -> str:
-    """What a value is, in the words of JSON, with an article."""
+    """The kind of a value in the words of JSON, with an article."""
     names = {type(None): "null", bool: "a boolean", str: "a string", list: "an array", dict: "an object"}
     return names.get(type(value), "a number")
 

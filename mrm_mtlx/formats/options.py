@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, get_type_hints
 
 
 class Option(NamedTuple):
-    """How the command line shows an option: what stands for its value, and what it does."""
+    """An option as the command line shows it: what stands for its value, and what it does."""
 
     metavar: str
     description: str

@@ -60,7 +60,7 @@ def read_document(path: Path, reach: Reach, library: DataLibrary, scratch: Path)
 
 
 def _no_material(file_format: Format) -> Finding:
-    """What is said of a file from which no document can be made."""
+    """The finding about a file from which no document can be made."""
     if file_format.can(Capability.COEFFICIENTS):
         message = f"a file of {file_format.title} holds no more of a material than coefficients of retroreflection"
         return rules.READ_FORMAT.at("", message, "Fit a material to them: mrm convert FILE MATERIAL.mtlx")

@@ -22,7 +22,8 @@ def here(in_process, tmp_path):
 
 def test_the_commands_of_the_page_run_and_it_shows_what_they_write(here, repository, page_commands):
     text = (repository / "docs" / "openmaterial.md").read_text(encoding="utf-8")
-    write, merge, compare = (arguments for name, *arguments in page_commands("openmaterial.md") if name == "convert")
+    convert = (arguments for name, *arguments in page_commands("openmaterial.md") if name == "convert")
+    write, merge, compare, fit = convert
     done = here(*write)
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "wrote tape.json\n")
     shown = re.search(r"^    \{.*?^    \}$", text, re.MULTILINE | re.DOTALL)[0]
@@ -32,6 +33,8 @@ def test_the_commands_of_the_page_run_and_it_shows_what_they_write(here, reposit
     assert done.exit_code == 0
     assert "observation 0.5 deg, entrance -4 deg (as the file states)" in done.stdout
     assert done.stdout.splitlines()[-1] == "PASSED  equal within 1%"
+    assert here(*fit).exit_code == 0
+    assert here(fit[-1], "--compare", "tape.json").exit_code == 0
 
 
 def test_a_block_is_put_where_it_is_told_and_another_value_is_seen(here):

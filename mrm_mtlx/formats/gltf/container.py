@@ -220,7 +220,7 @@ def read_range(path: Path, offset: int, length: int, place: str) -> bytes:
 
 
 def is_data(uri: str) -> bool:
-    """Whether a URI has the bytes themselves."""
+    """True if a URI has the bytes themselves."""
     return uri[:5].lower() == "data:"
 
 
@@ -280,7 +280,7 @@ def _chunks(path: Path, size: int) -> tuple[tuple[int, int], tuple[int, int] | N
 
 
 def _check(data: dict[str, Any]) -> None:
-    """That it is glTF 2.0, and its arrays are such."""
+    """Refuse what is not glTF 2.0, or has arrays that are none."""
     asset = data.get("asset")
     asset = asset if isinstance(asset, dict) else {}
     version = asset.get("version")

@@ -1,7 +1,7 @@
-"""Which property of a glTF material is which input of gltf_pbr: one table for both directions.
+"""Properties of a glTF material and the inputs of gltf_pbr that they are: one table for both directions.
 
 Most are a factor times a texture's channels. The rest (normals, occlusion, iridescence's thickness, anisotropy, alpha's
-mode) have a function of their own in `reading` and in `material`.
+mode) have a function of their own in `importer.asset_materials` and `exporter.material`.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ UNLIT = "KHR_materials_unlit"
 
 
 def found(material: dict[str, Any], path: Sequence[str]) -> Any:
-    """What a path leads to in a material that the schema accepts, or None."""
+    """The value that a path leads to in a material that the schema accepts, or None."""
     value: Any = material
     for key in path:
         value = value.get(key) if isinstance(value, dict) else None

@@ -25,7 +25,7 @@ _MOST = 20
 
 
 def problems(definition: str, element: Any, place: str) -> list[Finding]:
-    """What of an object breaks the schema, and what of it the schema does not know, each with a JSON pointer.
+    """Findings about what of an object breaks the schema, and what of it the schema does not know, with JSON pointers.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class _File(NamedTuple):
 
 @dataclass
 class _Reading:
-    """What is known while a document and its includes are read."""
+    """The state of reading a document and its includes."""
 
     reach: Reach
     size: int = 0
@@ -84,7 +84,7 @@ def read_xml(path: Path, reach: Reach, library: DataLibrary) -> Document:
 
 
 def _document(file: _File) -> mx.Document:
-    """What MaterialX makes of a file, as its reader does it: first what is included, then the file's own elements.
+    """The document of a file, as MaterialX's reader makes it: first what is included, then the file's own elements.
 
     Sources of implementations are relative to the file that has them; that is what the URI is for.
     """

@@ -75,7 +75,7 @@ class RetroreflectivityData:
 
 
 class OpenMaterialFile(NamedTuple):
-    """What a file has: all of its data, the place of the block as a JSON pointer, and the block; None for none."""
+    """A file: all of its data, the JSON pointer of the block, and the block; None for none."""
 
     data: dict[str, Any]
     place: str | None

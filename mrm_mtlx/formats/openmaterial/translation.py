@@ -61,7 +61,7 @@ class CoefficientComparison(Shown):
 
     @property
     def equal(self) -> bool:
-        """Whether they are the same within `EQUAL_WITHIN`."""
+        """True if they are the same within `EQUAL_WITHIN`."""
         return abs(self.document - self.file) <= EQUAL_WITHIN * max(self.document, self.file)
 
     def report(self) -> str:
@@ -74,7 +74,7 @@ class CoefficientComparison(Shown):
 
 
 def recognises(start: bytes) -> bool:
-    """Whether a file may hold a JSON object; what else it is, its reader says."""
+    """True if a file may hold a JSON object; what else it is, its reader says."""
     return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{")
 
 

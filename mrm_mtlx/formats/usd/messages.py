@@ -1,4 +1,4 @@
-"""What USD says, as it is shown."""
+"""Messages of USD, as they are shown."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _ADDRESS = re.compile(r"anon:0x[0-9a-f]+:?")
 
 
 def said(error: object) -> str:
-    """What USD says is wrong, on one line, without places in its own source and folders of this machine."""
+    """A message of USD, on one line, without places in its own source and folders of this machine."""
     text = str(error).strip()
     found = re.search(r"in file \S+ : '(.*?)'\s*(?:Error in|$)", text, re.DOTALL)
     text = _SESSION.sub("", " ".join((found[1] if found else text).split()))

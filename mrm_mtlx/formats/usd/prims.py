@@ -35,12 +35,12 @@ def terminals(material: UsdShade.Material) -> dict[str, UsdShade.Output]:
 
 
 def is_materialx(prim: Usd.Prim) -> bool:
-    """Whether a prim is a shader with the id of a MaterialX node."""
+    """True if a prim is a shader with the id of a MaterialX node."""
     return prim.IsA(UsdShade.Shader) and str(UsdShade.Shader(prim).GetIdAttr().Get() or "").startswith(ID_PREFIX)
 
 
 def is_closed(graph: Usd.Prim) -> bool:
-    """Whether a graph can be one of the document: shaders alone, connected among themselves and to its interface."""
+    """True if a graph can be one of the document: shaders alone, connected among themselves and to its interface."""
     inside = {graph.GetPath()}
     children = list(graph.GetFilteredChildren(Usd.TraverseInstanceProxies()))
     if not all(child.IsA(UsdShade.Shader) for child in children):

@@ -43,7 +43,7 @@ class ImageFile(NamedTuple):
 
 @dataclass
 class Asset:
-    """What is written; indices are those of glTF."""
+    """An asset that is to be written; indices are those of glTF."""
 
     materials: list[dict[str, Any]] = field(default_factory=list)
     textures: list[dict[str, Any]] = field(default_factory=list)
@@ -157,7 +157,7 @@ class Views:
 
 
 def _index(elements: list[Any], element: Any) -> int:
-    """Where an element is, which is appended if it is not there."""
+    """The index of an element, which is appended if it is not there."""
     if element not in elements:
         elements.append(element)
     return elements.index(element)
@@ -188,7 +188,7 @@ def _used(attributes: dict[str, int], material: dict[str, Any]) -> dict[str, int
 
 
 def _values(name: str, value: Any) -> list[Any]:
-    """What has a name somewhere in a value."""
+    """The values of a name anywhere in a value."""
     if not isinstance(value, dict):
         return []
     found = [value[name]] if name in value else []

@@ -1,4 +1,4 @@
-"""How far two materials are apart: their reference values at fixed random points."""
+"""The difference of two materials: of their reference values at fixed random points."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def write(source: Document, path: Path, library: DataLibrary, files: FileSet) ->
 
 
 def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, library: DataLibrary) -> list[Finding]:
-    """What the asset's materials are apart from those that they were made of."""
+    """Findings about how far the asset's materials are from those that they were made of."""
     findings = []
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         copy, scratch = Path(folder) / path.name, Path(folder) / "scratch"

@@ -130,7 +130,7 @@ class Material:
         return value.value
 
     def _unlike(self, value: Term, first: Term) -> str:
-        """Why an image cannot be in the texture that begins with another, "" if it can."""
+        """The reason why an image cannot be in the texture that begins with another, "" if it can."""
         if np.any(value.offset != 0.0):
             return "a number is added to the image, and glTF has a factor alone"
         if value.lookup is not None and value.lookup._replace(file="", encoded=False) != (
@@ -300,7 +300,7 @@ class Material:
 def _wanted(
     terms: dict[gltf.Property, Term], textured: dict[gltf.Property, Term], ignored: str
 ) -> dict[int, Channel | None]:
-    """What the channels of a texture have to be for the properties that share it."""
+    """The channels that a texture has to have for the properties that share it."""
     wanted: dict[int, Channel | None] = {}
     for prop, value in terms.items():
         if prop in textured and value.lookup is not None:

@@ -1,4 +1,4 @@
-"""What a surface is, in the inputs of gltf_pbr: read from one, or from what comes near it."""
+"""A surface in the inputs of gltf_pbr: read from one, or from what comes near it."""
 
 from __future__ import annotations
 

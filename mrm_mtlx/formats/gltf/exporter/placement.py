@@ -1,4 +1,4 @@
-"""Where an image is read: affine functions of texture coordinates, and KHR_texture_transform.
+"""Texture coordinates at which an image is read: affine functions of a mesh's, and KHR_texture_transform.
 
 MaterialX's v grows upward from the lower edge of an image, glTF's downward from the upper one: v = 1 - v_gltf.
 
@@ -92,7 +92,7 @@ def transform(placement: Placement) -> Transform:
 
 
 def placed_by(node: Any) -> tuple[Placement, int]:
-    """Where the input `texcoord` of an image node is, and in which set of texture coordinates.
+    """The placement of the input `texcoord` of an image node, and its set of texture coordinates.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def placed_by(node: Any) -> tuple[Placement, int]:
 
 
 def through(node: Any, placement: Placement) -> Placement:
-    """Where an image node reads its image: its own scale, rotation and offset come after `placement`."""
+    """The placement of what an image node reads: its own scale, rotation and offset come after `placement`."""
     linear, moved = _parts(placement)
     match node.getCategory():
         case "tiledimage":

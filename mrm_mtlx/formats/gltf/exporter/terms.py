@@ -24,7 +24,7 @@ _COMPONENTS = {"float": 1, "vector2": 2, "color3": 3, "vector3": 3, "color4": 4,
 
 
 class Lookup(NamedTuple):
-    """How an image is looked up.
+    """A lookup of an image.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Term:
 
 
 def term(node: Any, name: str) -> Term:
-    """What a node's input is.
+    """The term that a node's input is.
 
     `node` stands in a document whose data library is set; interfaces of graphs are resolved, see `interfaces`.
 
@@ -181,7 +181,7 @@ def _image(node: Any) -> Term:
 
 
 def look_up(node: Any, encoded: bool = False) -> Lookup:
-    """How an image node looks up its file.
+    """The lookup of an image node.
 
     Raises
     ------
@@ -289,7 +289,7 @@ def blended(low: Term, high: Term, amount: Term) -> Term:
 
 
 def _chosen(node: Any) -> Term:
-    """What a comparison of constants chooses."""
+    """The input that a comparison of constants chooses."""
     first, second = (_constant(term(node, name))[0] for name in ("value1", "value2"))
     holds = {"ifgreater": first > second, "ifgreatereq": first >= second, "ifequal": first == second}
     return term(node, "in1" if holds[node.getCategory()] else "in2")

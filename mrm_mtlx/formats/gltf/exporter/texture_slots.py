@@ -31,7 +31,7 @@ _ROWS = 256
 
 
 class Channel(NamedTuple):
-    """What one channel of a texture is to have.
+    """The content that one channel of a texture is to have.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Channel(NamedTuple):
 
     @property
     def is_decoded(self) -> bool:
-        """Whether the document takes the image's channel for sRGB."""
+        """True if the document takes the image's channel for sRGB."""
         return self.lookup.encoded and self.channel != _ALPHA
 
 
@@ -99,7 +99,7 @@ class Images(DocumentImages):
         return pixels
 
     def _fits(self, target: int, channel: Channel | None, loaded: Mapping[str, NDArray[Any]]) -> bool:
-        """Whether the file as it stands has in this channel what is wanted."""
+        """True if the file as it stands has in this channel what is wanted."""
         (pixels,) = loaded.values()
         there = component(pixels, target)
         if channel is None:

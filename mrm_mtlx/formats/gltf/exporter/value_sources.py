@@ -1,4 +1,4 @@
-"""Where an input's value comes from: the graph's interface in the place of its names, a node, or a file."""
+"""The source of an input's value: a node or a file, with a graph's interface in the place of its names."""
 
 from __future__ import annotations
 

@@ -206,7 +206,7 @@ class _Material:
             self._set(prop.input, prop.type, factor, prop.factor)
 
     def _is_said(self, prop: gltf.Property) -> bool:
-        """Whether a factor is written down: an extension's all are, as the input's default may be another."""
+        """True if a factor is written down: an extension's all are, as the input's default may be another."""
         if prop.extension:
             return prop.extension in self._extensions
         return gltf.found(self._material, prop.factor) is not None
@@ -282,7 +282,7 @@ class _Material:
 
 
 def _check_extensions(container: Container, report: Callable[[Finding], None]) -> None:
-    """What an asset says it cannot be read without, and what it names by a wrong name."""
+    """Report what an asset says it cannot be read without, and what it names by a wrong name."""
     required = container.data.get("extensionsRequired", [])
     if not isinstance(required, list) or not all(isinstance(name, str) for name in required):
         report(INVALID.at("/extensionsRequired", "expected an array of names"))
@@ -299,7 +299,7 @@ def _check_extensions(container: Container, report: Callable[[Finding], None]) -
 
 
 def _meant(name: str) -> str:
-    """What a name that is not known probably means, as the end of a message."""
+    """The name that one which is not known probably means, as the end of a message."""
     if name != RETROREFLECTION and "retroreflect" in name.lower():
         return f"; {RETROREFLECTION} is probably meant"
     return ""

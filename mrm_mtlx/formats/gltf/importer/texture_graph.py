@@ -143,5 +143,5 @@ class Graph:
 
 
 def _key(what: Any, use: Texture) -> tuple[Any, Texture]:
-    """What a node is of a texture, wherever that is used."""
+    """The key of a node of a texture, wherever that is used."""
     return what, use._replace(place="")

@@ -113,7 +113,7 @@ class _Writer:
                 material.CreateOutput(name, Sdf.ValueTypeNames.Token).ConnectToSource(source)
 
     def findings(self) -> list[Finding]:
-        """What was lost, of the materials and of the document beside them."""
+        """Findings about what was lost, of the materials and of the document beside them."""
         for element in self._document.getChildren():
             name, category = element.getName(), element.getCategory()
             if name in self._used or category in ("backdrop", "output"):

@@ -1,4 +1,4 @@
-"""What lies beside each other in a material or graph that is being written, and how it is connected."""
+"""The siblings in a material or graph that is being written, and their connections."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Scope:
         self.prims: dict[str, Usd.Prim] = {}
 
     def source(self, element: Any) -> Any:
-        """What an input or output is connected to: an output beside it, or an input of the interface; None for none."""
+        """The source of an input or output: an output beside it, or an input of the interface; None for none."""
         name = element.getInterfaceName()
         if name:
             interface = UsdShade.NodeGraph(self.prim).GetInput(name)
@@ -94,7 +94,7 @@ def reached_from(document: mx.Document, sources: Iterable[Any]) -> list[Any]:
 
 
 def is_connected(given: mx.Input) -> bool:
-    """Whether an input takes its value from elsewhere."""
+    """True if an input takes its value from elsewhere."""
     return bool(
         given.getNodeName() or given.getNodeGraphString() or given.getOutputString() or given.getInterfaceName()
     )

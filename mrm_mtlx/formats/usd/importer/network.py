@@ -124,7 +124,7 @@ def _add(into: Translation, document: mx.Document, source_locations: dict[str, s
 
 
 class _Source(NamedTuple):
-    """What gives an input its value.
+    """The source of an input's value.
 
     Attributes
     ----------
@@ -371,7 +371,7 @@ class Network:
         return name
 
     def _source(self, attribute: Usd.Attribute, home: Sdf.Path | None) -> _Source:
-        """Where a value comes from, followed through the graphs and materials that the document has not."""
+        """The source of a value, followed through the graphs and materials that the document has not."""
         seen = set()
         while True:
             seen.add(attribute.GetPath())

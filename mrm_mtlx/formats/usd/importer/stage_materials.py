@@ -113,7 +113,7 @@ def _translate_all(opened: Stage, translation: Translation) -> dict[Sdf.Path, st
 
 
 def _lacks(opened: Stage, material: UsdShade.Material, translation: Translation, place: str) -> bool:
-    """Whether a material depends on a layer that is missing; it is said, and what is there of it is not checked."""
+    """True if a material depends on a layer that is missing; it is said, and what is there of it is not checked."""
     name = opened.lacking(material.GetPrim())
     if name:
         message = f"the material depends on '{name}', which is not there or is wrong; it is not checked"
@@ -189,7 +189,7 @@ def _made_of(material: UsdShade.Material, translation: Translation) -> str:
 
 
 def _only_there(stage: Usd.Stage, variant: str, before: set[str]) -> list[Finding]:
-    """What USD cannot compose of a variant that is selected; `before` are the prims of which that is so without it.
+    """Findings about what USD cannot compose of a selected variant; `before` are prims of which that is so without it.
 
     Its validators, which say the like of the stage as it is, do not see other variants.
     """

@@ -1,4 +1,4 @@
-"""What USD's own validators say of a stage."""
+"""Findings of USD's own validators about a stage."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _is_known(error: Any, library: DataLibrary, opened: Stage) -> bool:
 
 
 def _lacks(site: Any, opened: Stage) -> bool:
-    """Whether a site is a relationship, as to a material, with a target that is not there for want of a file."""
+    """True if a site is a relationship, as to a material, with a target that is not there for want of a file."""
     relationship = site.IsProperty() and site.GetProperty().GetPrim().GetRelationship(site.GetProperty().GetName())
     return bool(relationship) and any(map(opened.lacking_at, relationship.GetTargets()))
 

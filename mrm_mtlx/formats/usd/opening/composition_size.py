@@ -27,7 +27,7 @@ _MAXIMUM_STEPS = 5_000_000
 
 
 class Arc(NamedTuple):
-    """That the prim `number` of a layer has all of another prim below it; `layer` is "" for any layer.
+    """An arc by which the prim `number` of a layer has all of another prim below it; `layer` is "" for any layer.
 
     Instances share what they have.
     """
@@ -84,7 +84,7 @@ class Layer:
 
 
 def too_deep(place: str) -> Finding:
-    """What is said of prims that are nested too deeply."""
+    """The finding about prims that are nested too deeply."""
     return rules.READ_TOO_DEEP.at(place, f"prims are nested more than {MAXIMUM_DEPTH} levels deep")
 
 

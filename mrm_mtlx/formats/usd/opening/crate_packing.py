@@ -1,4 +1,4 @@
-"""How a crate packs what it stores: LZ4 blocks, and integers as their differences."""
+"""Unpacking of what a crate stores: LZ4 blocks, and integers as their differences."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Cursor:
         return number
 
     def packed(self, size: int) -> bytes:
-        """What is packed next unpacks to, at most `size` bytes."""
+        """The next packed block, unpacked to at most `size` bytes."""
         return unpacked(self.take(self.number()), size, self.name)
 
     def integers(self, count: int) -> Words:
@@ -93,7 +93,7 @@ def summed(data: bytes, count: int, codes: int, name: str) -> Words:
 
 
 def unpacked(data: memoryview, size: int, name: str) -> bytes:
-    """What TfFastCompression made of at most `size` bytes: LZ4 blocks, in several chunks if there are more than fit."""
+    """The bytes, at most `size`, that TfFastCompression packed: LZ4 blocks, in several chunks if more than fit."""
     if not data:
         msg = f"{name} has nothing to unpack"
         raise DamagedError(msg)

@@ -69,7 +69,7 @@ def open_document(
 
 
 def _problem(document: mx.Document) -> str:
-    """What is wrong with a document, so that its nodes cannot be written; "" for nothing."""
+    """The first problem of a document for which its nodes cannot be written; "" for none."""
     is_valid, message = document.validate()
     if not is_valid:
         return " ".join(message.split())

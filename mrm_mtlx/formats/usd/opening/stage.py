@@ -52,12 +52,12 @@ class Stage:
 
     @property
     def packed(self) -> bool:
-        """Whether it was opened from a package."""
+        """True if it was opened from a package."""
         return self._files.first_package is not None
 
     @property
     def reach(self) -> Reach:
-        """Where the names that `name` gives lead."""
+        """The reach of the names that `name` gives."""
         return self._files.document_reach
 
     def file(self, layer: Sdf.Layer, name: str) -> Path:
@@ -103,7 +103,7 @@ class Stage:
         return self.source(path, place)
 
     def problems(self, images: set[Path]) -> Iterator[tuple[str, SourceLocation, str]]:
-        """What those of USD's validators that open files would say: kind, source and message; not of `images`."""
+        """Messages of those of USD's validators that open files: kind, source and message; not of `images`."""
         for path, package in self._files.packages.items():
             for kind, message in package.problems:
                 yield kind, self._files.source(self._files.origin(path), ""), message

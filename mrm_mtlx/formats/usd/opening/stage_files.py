@@ -1,4 +1,4 @@
-"""Where the names of files in a stage lead: beside a layer, to the folders of the search path, and into packages."""
+"""The files of a stage by their names in its layers: beside a layer, in folders of the search path, in packages."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAXIMUM_LAYERS = 1024
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a layer comes from: its file, and the package that it was in, if it was in one."""
+    """The origin of a layer: its file, and the package that it was in, if it was in one."""
 
     file: Path
     package: Package | None
@@ -64,13 +64,13 @@ class StageFiles:
 
     @property
     def document_reach(self) -> Reach:
-        """Where names in a document of the stage lead: what is in a package leads nowhere else."""
+        """The reach of names in a document of the stage: what is in a package leads nowhere else."""
         if self.first_package is not None:
             return Reach.only(self.scratch)
         return replace(self._reach, search=(*self._reach.search, self.scratch)) if self.packages else self._reach
 
     def reach_of(self, origin: Origin) -> Reach:
-        """Where the names in one of the files lead."""
+        """The reach of the names in one of the files."""
         reach = self._reach if origin.package is None else Reach.only(origin.package.folder)
         return reach.at(origin.file.parent)
 

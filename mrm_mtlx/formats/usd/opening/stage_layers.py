@@ -132,7 +132,7 @@ class StageLayers:
         return waiting
 
     def _arcs(self, number: int, spec: Sdf.PrimSpec, own: str, target: Callable[[str, str], str]) -> Iterator[Arc]:
-        """What a prim is composed of besides itself; `own` is its layer, and `target` gives others by their names."""
+        """The arcs that a prim is composed by; `own` is its layer, and `target` gives others by their names."""
         place, instance = str(spec.path), bool(spec.instanceable)
         for arc in (*_items(spec.referenceList), *_items(spec.payloadList)):
             if arc.primPath.pathElementCount > MAXIMUM_DEPTH:
@@ -163,7 +163,7 @@ class StageLayers:
         return self.placeholders.add(name, missing=False)
 
     def _document(self, found: Origin, name: str, place: str) -> str:
-        """What stands for a document of MaterialX: a layer of its materials, if it can be read."""
+        """The layer for a document of MaterialX: its materials, or a placeholder if it cannot be read."""
         key = str(found.file)
         if key not in self._documents:
             self._documents[key] = self._opened_document(found, name, place)
@@ -226,7 +226,7 @@ class StageLayers:
             spec.payloadList.ModifyItemEdits(connected(Sdf.Payload))
 
     def _taken_away(self, origin: Origin, name: str) -> str:
-        """What a name means that a layer takes away, and so does not follow: a layer that is here, or none."""
+        """The layer that a name means which a layer takes away, and so does not follow: one that is here, or none."""
         try:
             found = self._files.located(origin, name, "").file
         except ReadError:
@@ -256,5 +256,5 @@ def _items(arcs: Any) -> list[Any]:
 
 
 def _rest(arc: Sdf.Reference | Sdf.Payload) -> tuple[Any, ...]:
-    """What an arc says beside the name of the file."""
+    """The arguments of an arc beside the name of the file."""
     return (arc.primPath, arc.layerOffset, *((arc.customData,) if isinstance(arc, Sdf.Reference) else ()))
