@@ -236,7 +236,7 @@ def folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
 def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Document | None, list[Finding]]:
     """A document, None if it cannot be used, and what is to be said of it."""
     from mrm_mtlx.documents.document import ReadError
-    from mrm_mtlx.documents.files import Reach
+    from mrm_mtlx.documents.files import Reach, shown_path
     from mrm_mtlx.findings import rules
     from mrm_mtlx.findings.finding import capped
     from mrm_mtlx.formats.reading import read_document
@@ -244,7 +244,7 @@ def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Do
     from mrm_mtlx.validation.checks.graph import check_graph
 
     if not path.exists():
-        return None, [rules.READ_MISSING.at("", f"'{path}' does not exist")]
+        return None, [rules.READ_MISSING.at("", f"'{path}' does not exist").in_file(shown_path(path))]
     try:
         imported = read_document(path, Reach.beside(path, roots), library, _scratch())
         checked = check_graph(imported.materialx)

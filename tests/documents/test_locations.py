@@ -375,3 +375,32 @@ def test_a_tag_that_is_longer_than_what_is_read_at_once_is_compared_whole(read):
 
 def test_the_versions_of_materialx_that_are_tested_are_earlier_ones():
     assert mx.getVersionString().startswith("1.39")
+
+
+# Documents at hand -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("folder", ["materials", "materials_classes", "tests/rules"])
+def test_every_element_of_every_document_at_hand_stands_where_its_name_does(repository, library, tmp_path, folder):
+    own = others = 0
+    for path in sorted((repository / folder).rglob("*.mtlx")):
+        try:
+            document = read_document(path, Reach(path.parent, repository), library, tmp_path)
+        except ReadError:
+            continue
+        for element in document.materialx.traverseTree():
+            source = document.locations.of(f"/{element.getNamePath()}")
+            if source.line is None:
+                assert not element.getNamePath()
+                continue
+            assert source.file.endswith(".mtlx")
+            file = next(p for p in path.parent.rglob("*.mtlx") if p.as_posix().endswith(source.file.rpartition("/")[2]))
+            line = file.read_text(encoding="utf-8").split("\n")[source.line - 1]
+            tag = re.match(r"<([\w:]+)(?=\s)(?:[^>]*?\sname=\"([^\"]*)\")?", line[source.column - 1 :])
+            if tag[2] is None or tag[2] == element.getName().rpartition(":")[2]:
+                own += 1
+            else:  # made by the upgrade of an earlier version
+                assert tag[2] in element.getNamePath().split("/")
+                others += 1
+    assert own > 20
+    assert others <= own / 10
