@@ -41,7 +41,7 @@ class Converted:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing that matters was lost: no finding is an error."""
+        """True if nothing that matters was lost: no finding is an error."""
         return not any(found.severity == "error" for found in self.findings)
 
 
@@ -205,7 +205,7 @@ def _write(
 
 
 def _evaluated(opened: OpenDocument, listener: Listener, work: Callable[[], T]) -> T:
-    """What work gives that may evaluate surfaces of a document.
+    """The result of work that may evaluate surfaces of a document.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What this machine can run, and what adds what it lacks; and what the reference evaluates."""
+"""The state of this machine: engines, and the commands that add what is missing; and the reference's coverage."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _INDENT = 11
 
 @dataclass(frozen=True, repr=False)
 class DoctorReport(Shown):
-    """What is here.
+    """The state of this installation and machine.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class MrmError(Exception):
-    """What cannot be done, though the call is right."""
+    """Base of what goes wrong though the call is right."""
 
 
 class DocumentError(MrmError):

@@ -255,7 +255,7 @@ def _check(of_data: Mapping[str, Any], of_both: Mapping[str, Any], seed: int) ->
 
 
 def _document_path(output: PathLike | None) -> Path | None:
-    """Where a document is written; no name that promises something else."""
+    """The file that a document is written to; its name may not promise something else."""
     if output is None:
         return None
     path = Path(output)
@@ -274,7 +274,7 @@ def _options(loss: str | None, scale: float | None, seed: int, default: str) -> 
 def _data(
     data: PathLike | Measurement | CoefficientSamples | None, ra: Sequence[Coefficient], output: Path | None
 ) -> tuple[Measurement | CoefficientSamples, str]:
-    """What is fitted, and what it is called."""
+    """The data that are fitted, and their name."""
     from mrm_mtlx.fitting.given import coefficient_samples
     from mrm_mtlx.measured import CoefficientSamples, Measurement
 

@@ -36,7 +36,7 @@ class InstalledLibrary(Shown):
         return "\n".join(map(str, self.files))
 
     def notes(self) -> list[str]:
-        """What is left out, and how the folder is used."""
+        """Lines on the models that are left out, and on the use of the folder."""
         from mrm_mtlx.library.install import MODELS_FOLDER, NODES_FOLDER
 
         left_out = [f"{node} is left out: {reason}" for node, reason in self.left_out.items()]

@@ -1,4 +1,4 @@
-"""What a long call tells while it works."""
+"""The listener of a call: progress, findings and files, as they come."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each finding means."""
+"""The rules: each finding's meaning, and the remedy."""
 
 from __future__ import annotations
 

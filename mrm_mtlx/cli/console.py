@@ -1,4 +1,4 @@
-"""What the commands share of terminal output: findings and progress on stderr, tables on stdout."""
+"""Terminal output that the commands share: findings and progress on stderr."""
 
 from __future__ import annotations
 

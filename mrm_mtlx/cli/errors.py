@@ -1,4 +1,4 @@
-"""What the public functions raise, as usage messages and exit statuses."""
+"""The exceptions of the public functions, as usage messages and exit statuses."""
 
 from __future__ import annotations
 

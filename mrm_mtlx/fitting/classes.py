@@ -248,7 +248,7 @@ _DOCS = {
 
 
 def _notes(material: ClassMaterial, met: Met) -> list[str]:
-    """Where the numbers come from."""
+    """Paragraphs on the origin of the numbers."""
     rows, make = material.limits(), material.make
     minima = ", ".join(f"{row.observation_deg:g}/{entrance(row)}: {row.minimum:g}" for row in rows)
     sources = "; ".join(dict.fromkeys(f"{row.source} ({row.confidence})" for row in rows))

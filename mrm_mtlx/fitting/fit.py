@@ -50,7 +50,7 @@ _PRECISION = 1e-7
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How it is fitted: `loss` of `LOSSES`, its scale c (None: that of the residual), seed and number of starts."""
+    """Options of a fit: `loss` of `LOSSES`, its scale c (None: that of the residual), seed and number of starts."""
 
     loss: str = "soft_l1"
     scale: float | None = None
@@ -119,7 +119,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Step:
-    """What a layer paid: the fit with it, or without it, and the criterion's change by it."""
+    """The gain by a layer: the fit with it, or without it, and the criterion's change by it."""
 
     what: str
     fit: Fit
@@ -239,7 +239,7 @@ def _confirmed(step: Step, current: Fit, samples: Samples, options: FitOptions, 
 
 
 def warnings(fit: Fit, samples: Samples) -> list[str]:
-    """What the data do not say: numbers at their bounds, that cannot be told apart, and lobes without samples."""
+    """Gaps in the data: numbers at their bounds, numbers that cannot be told apart, and lobes without samples."""
     found = []
     parameters = fit.family.parameters
     if fit.count == fit.free:

@@ -78,7 +78,7 @@ def _numbers(given: str | Iterable[float], separator: str) -> list[float]:
 
 
 def text(given: Any, separator: str) -> str:
-    """What was given, as the command line writes it."""
+    """A coefficient or a colour as the command line writes it."""
     if isinstance(given, str) or not hasattr(given, "__iter__"):
         return str(given)
     return separator.join(f"{x:g}" if isinstance(x, float | int) else str(x) for x in given)

@@ -68,13 +68,13 @@ class Parameter:
 
     @property
     def label(self) -> str:
-        """What it is called in a table."""
+        """Its name in a table."""
         return self.name if self.channel < 0 else f"{self.name}.{'rgb'[self.channel]}"
 
 
 @dataclass(frozen=True)
 class Family:
-    """What a material consists of, and which of its numbers are free.
+    """The layers of a material, and the choice of its free numbers.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class Family:
         return [*coats, *lobes, *(["diffuse"] if self.diffuse else [])]
 
     def inputs(self, part: str) -> list[str]:
-        """What a part is described by."""
+        """Names of the inputs that describe a part."""
         if part in ("coat", "haze"):
             return ["weight" if part == "coat" else "share", "alpha"]
         if part == "diffuse":

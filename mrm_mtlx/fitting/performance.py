@@ -48,7 +48,7 @@ _DAY = np.deg2rad([45.0, 45.0])
 
 @dataclass(frozen=True)
 class Make:
-    """What a material is made of, besides what its class asks for.
+    """The make of a material: what its class does not say.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Met:
 
     @property
     def share(self) -> float:
-        """What the lobes return within 2 degrees at normal incidence; of the brightest channel, without a face."""
+        """Share that the lobes return within 2 degrees at normal incidence; brightest channel, without a face."""
         return _share(self.family, self.values)
 
 

@@ -1,4 +1,4 @@
-"""What `mrm fit` tells of a fit: plain data, and the same as text."""
+"""The report of a fit: plain data, and the same as text."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class FitReport:
         return found
 
     def steps(self) -> list[dict[str, Any]]:
-        """What each layer paid, in the order in which it was taken in, what was refused, and what each pays at last."""
+        """The gain by each layer: as it was taken in, in order, as it was refused, and in the final material."""
         if self.selection is None:
             return []
         groups = (

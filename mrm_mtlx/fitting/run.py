@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Which samples of a measured BRDF are fitted, and how.
+    """The choice of samples of a measured BRDF, and their residual.
 
     Attributes
     ----------

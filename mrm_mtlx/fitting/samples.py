@@ -1,4 +1,4 @@
-"""What a material is fitted to: directions, what was measured there, and how far off a model is."""
+"""Samples to fit a material to: directions, measured values, and the residuals of a model."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def directions(measured: Measurement) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Reciprocity:
-    """How far f(v, l) and f(l, v) are apart, where both were measured.
+    """The distance between f(v, l) and f(l, v), where both were measured.
 
     `pairs` is how many were found; `factor` the median of their larger over their smaller; `as_view` the same with the
     cosine of v divided out in the place of that of l.
@@ -199,12 +199,12 @@ class Reciprocity:
 
     @property
     def broken(self) -> bool:
-        """Whether the values differ by more than errors of measurement."""
+        """True if the values differ by more than errors of measurement."""
         return self.pairs >= 10 and self.factor > _NOT_RECIPROCAL
 
     @property
     def by_cosine(self) -> bool:
-        """Whether the other cosine explains most of it."""
+        """True if the other cosine explains most of it."""
         return self.broken and np.log(self.as_view) < 0.5 * np.log(self.factor)
 
 

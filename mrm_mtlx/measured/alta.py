@@ -116,7 +116,7 @@ def _numbers(text: str, line: int, columns: int) -> list[float]:
 
 
 def _check(row: list[float], line: int) -> None:
-    """Whether a sample is above the horizon and not negative."""
+    """True where a sample is above the horizon and not negative."""
     theta_l, theta_v = row[0], math.hypot(row[1], row[2])
     if not 0.0 <= theta_l <= math.pi / 2 - GRAZING:
         raise LineError(line, f"theta_l is {theta_l:g} rad; expected 0 to less than pi/2 (90 degrees)")

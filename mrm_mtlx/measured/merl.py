@@ -63,7 +63,7 @@ def read_merl(path: Path) -> Measurement:
 
 
 def is_merl(head: bytes) -> bool:
-    """Whether a file that begins so has the sizes of this format."""
+    """True if a file that begins so has the sizes of this format."""
     return len(head) >= _HEADER.size and _HEADER.unpack_from(head) == SHAPE
 
 

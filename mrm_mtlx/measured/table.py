@@ -59,7 +59,7 @@ MAXIMUM_COEFFICIENTS = 20_000
 
 
 class _Form:
-    """How a table writes its cells, as far as is known from the lines that were read.
+    """The marks of a table's cells, as far as they are known from the lines that were read.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ def read_table(path: Path) -> Measurement | CoefficientSamples:
 
 
 def is_table(head: str) -> bool:
-    """Whether the first line of a file that is no comment looks like names of columns."""
+    """True if the first line of a file that is no comment looks like names of columns."""
     for line in text_lines(head):
         if line.strip() and not line.lstrip("\ufeff").startswith("#"):
             return any(letter.isalpha() for letter in line) and any(each in line for each in SEPARATORS)
@@ -195,7 +195,7 @@ class _Table(NamedTuple):
     places: list[int]
 
     def check(self, quantity: str, lowest: float, highest: float, expected: str) -> None:
-        """Whether a column is within bounds."""
+        """True if a column is within bounds."""
         column = self.values[quantity]
         wrong = np.flatnonzero((column < lowest) | (column > highest))
         if len(wrong):

@@ -26,7 +26,7 @@ shown = partial(text.shown, most=40)
 
 
 class LineError(Exception):
-    """What is wrong with the file, and in which line, counted from 1; 0 is the whole file."""
+    """An error in the file, and its line, counted from 1; 0 is the whole file."""
 
     def __init__(self, line: int, message: str) -> None:
         super().__init__(message)

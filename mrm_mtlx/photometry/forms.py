@@ -31,7 +31,7 @@ def plural(count: int, name: str) -> str:
 
 @dataclass(frozen=True)
 class DocumentReport:
-    """What was measured of a document.
+    """The report on a document.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class DocumentReport:
 
     @property
     def left_out(self) -> bool:
-        """Whether it could not be measured."""
+        """True if it could not be measured."""
         return bool(self.reason)
 
 
@@ -100,7 +100,7 @@ def _class_json(limits: Sequence[Limit]) -> dict[str, str] | None:
 
 
 def heading(limits: Sequence[Limit], options: PhotometryOptions) -> list[str]:
-    """What is measured, and how."""
+    """Lines on the class and the way of measuring."""
     lines = []
     if limits:
         first = limits[0]

@@ -1,4 +1,4 @@
-"""What a surface measures in the geometries of a class, beside the minima and colour boxes: plain data."""
+"""Values of a surface in the geometries of a class, beside the minima and colour boxes: plain data."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _BOX_COLOURS = {"clear": "white", "amber": "yellow"}
 
 @dataclass(frozen=True)
 class PhotometryOptions:
-    """How a surface is measured.
+    """Options of a measurement.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Cell:
 
     @property
     def met(self) -> bool:
-        """Whether the value is no less than the minimum; true without one."""
+        """True if the value is no less than the minimum, or there is none."""
         return self.minimum is None or self.value >= self.minimum
 
 
@@ -113,13 +113,13 @@ class Chromaticity:
 
     @property
     def met(self) -> bool:
-        """Whether the colour is in the box, where that counts."""
+        """True if the colour is in the box, or that does not count."""
         return not self.counts or self.margin is None or self.margin >= 0.0
 
 
 @dataclass(frozen=True)
 class SurfaceReport:
-    """What a surface measures.
+    """The values of a surface.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class SurfaceReport:
 
     @property
     def met(self) -> bool:
-        """Whether every minimum and every box that counts is met."""
+        """True if every minimum and every box that counts is met."""
         return all(cell.met for cell in self.cells) and all(color.met for color in self.colors)
 
 
@@ -214,7 +214,7 @@ def check_sizes(limits: Sequence[Limit], options: PhotometryOptions) -> None:
 
 
 def _scale(quantity: str, unit: str, options: PhotometryOptions) -> float:
-    """What R_A or R_L is multiplied with."""
+    """Factor on R_A or R_L."""
     if quantity in ("R_A", "R_L"):
         return 1.0
     if options.area_cm2 is None:

@@ -1,4 +1,4 @@
-"""What was measured of one or more documents: plain data that shows itself."""
+"""The report on one or more documents: plain data that shows itself."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """How a measurement ended: all limits met; one not, or a document wrong; or something could not be measured."""
+    """Ends of a measurement: all limits met; one not, or a document wrong; or something could not be measured."""
 
     MET = "met"
     FAILED = "failed"
@@ -27,7 +27,7 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, repr=False)
 class PhotometryReport(Shown):
-    """What the surfaces of documents measure.
+    """The values of the surfaces of documents.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class PhotometryReport(Shown):
 
     @property
     def outcome(self) -> Outcome:
-        """How it ended."""
+        """The end of the measurement."""
         if any(document.broken for document in self.documents) or not all(surface.met for surface in self.surfaces):
             return Outcome.FAILED
         left_out = any(document.left_out for document in self.documents)

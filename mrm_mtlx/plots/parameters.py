@@ -70,7 +70,7 @@ def lobe(model: str, given: Mapping[str, Any], *, retroreflective: bool = False)
 
 
 def _check(model: str, name: str, value: Any) -> None:
-    """Whether a model has a parameter, and whether its numbers are in range; the lobe itself knows its other names."""
+    """Refuse a parameter that a model does not have, or numbers out of range; the lobe itself knows its other names."""
     if name not in PARAMETERS[model]:
         owners = ", ".join(other for other, names in PARAMETERS.items() if name in names)
         msg = f"{name} is no parameter of {model}, but of {owners}"

@@ -1,4 +1,4 @@
-"""How pictures of lobes look: sizes for a paper's column, colours and lines that all eyes tell apart.
+"""The looks of pictures of lobes: sizes for a paper's column, colours and lines that all eyes tell apart.
 
 The colours are those of Okabe and Ito, for the models as in Figure 2 of the paper: GGX blue, MRM green, EON orange,
 Lambert red. Lines that share a picture also differ in their dashes.

@@ -26,7 +26,7 @@ def ordinary_copy(document: Any) -> Any:
 
 
 def _switch_off(node: Any) -> bool:
-    """Whether the node has, or gets by default, a retroreflective input that was not off."""
+    """Switch a node's flag off; true if it has, or gets by default, a retroreflective input that was not off."""
     definition, amount = node.getNodeDef(), amount_input(node)
     name, off = (amount, "0") if amount else (FLAG, "false")
     declared = definition.getActiveInput(name) if definition is not None else None

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 # Paths per pixel of one request to the renderer: the pace of the progress bar.
 _PASS = 16
-# A path's reflections; the shapes are convex, so light comes from the lamp, the surroundings, or through a portal.
+# A path's reflections; the shapes are convex, so light comes from the lamp, the environment, or through a portal.
 _BOUNCES = 4
 
 
@@ -124,7 +124,7 @@ def _light(degrees: float | None) -> dict[str, Any]:
 
 
 def _on_backdrop(image: Array, options: PictureOptions) -> Array:
-    """The picture without its alpha; the surroundings, where there are none, as `picture` shows them."""
+    """The picture without its alpha; the backdrop, where there is no environment, as `picture` shows them."""
     colour, alpha = image[..., :3], image[..., 3:]
     if options.environment is None:
         colour = colour + (1.0 - np.clip(alpha, 0.0, 1.0)) * picture.BACKDROP

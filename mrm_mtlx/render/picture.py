@@ -11,7 +11,7 @@ from mrm_mtlx.documents.document_images import DocumentImages
 from mrm_mtlx.documents.files import is_left_open, names_nothing
 from mrm_mtlx.documents.images import srgb_encoded, write_image
 from mrm_mtlx.engines.base import DirectionalLight, Lighting, PointLight, SurfacePoints, evaluate_all
-from mrm_mtlx.render import environment as surroundings
+from mrm_mtlx.render import environment as environments
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.render.shapes import EYE, camera_rays, intersect
 from mrm_mtlx.shadergen import generate
@@ -46,7 +46,7 @@ _BYTES_PER_SAMPLE = 48
 
 @dataclass(frozen=True)
 class PictureOptions:
-    """What is rendered.
+    """The scene of a picture.
 
     Attributes
     ----------
@@ -199,7 +199,7 @@ def tone_map(radiance: Array, exposure: float | None) -> Array:
 
 
 def _brightest(radiance: NDArray[np.floating], exposure: float | None) -> float:
-    """What is shown as the brightest: of the picture, or by the exposure."""
+    """Radiance that is shown as the brightest: of the picture, or by the exposure."""
     if exposure is not None:
         return float(2.0**-exposure)
     return max(float(np.quantile(np.max(radiance, axis=-1).astype(float), 0.999)), 1.0)
@@ -215,7 +215,7 @@ def _panel(program: Program, options: PictureOptions) -> NDArray[np.float32]:
     size = options.size * OVERSAMPLING
     environment = None
     if options.environment is not None:
-        environment = surroundings.environment(options.environment, _ENVIRONMENT_SAMPLES)
+        environment = environments.environment(options.environment, _ENVIRONMENT_SAMPLES)
     lighting = Lighting(_light(options.light_degrees), environment, tuple(float(x) for x in EYE))
     image = np.empty((size, size, 3), dtype=np.float32)
     step = max(_BAND // size, 1)
@@ -231,7 +231,7 @@ def _seen(program: Program, options: PictureOptions, rays: Array, lighting: Ligh
     seen = np.flatnonzero(hits.found)
     image = np.full((len(rays), 3), BACKDROP)
     if options.environment is not None:
-        image = surroundings.look_up(options.environment, rays)
+        image = environments.look_up(options.environment, rays)
     if len(seen):
         points = SurfacePoints(hits.position[seen], hits.normal[seen], hits.tangent[seen], hits.texcoord[seen])
         image[seen] = evaluate_all(program, points, lighting)[:, :3]

@@ -24,7 +24,7 @@ PLANE_TURN = np.deg2rad(18.0)
 
 @dataclass(frozen=True)
 class Hits:
-    """Where rays meet a shape; all arrays over the rays, world space, unit vectors.
+    """Points in which rays meet a shape; all arrays over the rays, world space, unit vectors.
 
     `found` tells which rays meet it at all; the other arrays hold anything where it is False.
     """
@@ -48,7 +48,7 @@ def camera_rays(size: int, rows: slice = slice(None)) -> Array:
 
 
 def intersect(shape: str, rays: Array) -> Hits:
-    """Where rays from the eye meet a shape.
+    """Points in which rays from the eye meet a shape.
 
     Raises
     ------

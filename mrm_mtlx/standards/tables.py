@@ -168,7 +168,7 @@ def boxes() -> tuple[Box, ...]:
 
 
 def notes(standard: str) -> list[str]:
-    """What to know when the rows of a standard are read."""
+    """Notes for who reads the rows of a standard."""
     return [row["note"] for row in _rows("notes.csv") if row["standard"] == standard]
 
 
@@ -237,7 +237,7 @@ def _plain(name: str) -> str:
 
 
 def _begins(name: str, wanted: str) -> bool:
-    """Whether the name, or what follows one of its words, begins so: no part of a word is found in the middle."""
+    """True if the name, or what follows one of its words, begins so: no part of a word is found in the middle."""
     words = re.findall(r"[a-z0-9]+", name.lower())
     return bool(_plain(wanted)) and any("".join(words[i:]).startswith(_plain(wanted)) for i in range(len(words)))
 

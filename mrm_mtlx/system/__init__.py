@@ -1,4 +1,4 @@
-"""What the package wants of the system, and how it keeps untrusted input from harming it: processes, files, text.
+"""The system below: processes, files and text, and the limits that keep untrusted input from harming it.
 
 * `limits`: size limits of what is read.
 * `process_limits`: what a process binds itself to: memory, time, and not to outlive who started it.

@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 class PluginError(Exception):
-    """What another package registers is of no use; the message names it, and says what to do."""
+    """Something that another package registers is of no use; the message names it, and says what to do."""
 
 
 def registered(group: str, kind: type[T]) -> list[T]:

@@ -1,4 +1,4 @@
-"""What a process binds itself to before it opens what is untrusted: memory, time, and not to outlive who started it.
+"""Limits that a process sets itself before it opens what is untrusted: memory, time, and not to outlive its starter.
 
 C++ libraries (MaterialX, USD, OpenImageIO, drivers) exhaust memory and never end on some input, and then no Python code
 runs any more: only the operating system can stop them. Where it has no such limit, the function does nothing.
@@ -40,7 +40,7 @@ def limit_memory(maximum: int = MAXIMUM_MEMORY) -> None:
 
 
 def memory_reason() -> str:
-    """What is said where memory ran out."""
+    """The message where memory ran out."""
     return f"it needs more memory than a process may take ({MAXIMUM_MEMORY / 2**30:g} GiB)"
 
 
@@ -52,12 +52,12 @@ def limit_time(seconds: float) -> None:
 
 
 def can_limit_time() -> bool:
-    """Whether `limit_time` has an effect here."""
+    """True if `limit_time` has an effect here."""
     return hasattr(signal, "setitimer")
 
 
 def is_time_up(status: int) -> bool:
-    """Whether a process died because its time was up, by its exit status as Python has it."""
+    """True if a process died because its time was up, by its exit status as Python has it."""
     return TIME_IS_UP is not None and status == -TIME_IS_UP
 
 
@@ -75,7 +75,7 @@ def die_with(parent: int) -> None:
 
 
 def cause_of_death(status: int) -> str:
-    """What a process died of, by its exit status as Python has it: negative for signals."""
+    """The cause of a process's death, by its exit status as Python has it: negative for signals."""
     if status >= 0:
         return f"exit status {status}"
     try:

@@ -129,7 +129,7 @@ def test_a_colour_is_held_to_the_box_of_its_class_and_else_to_the_one_that_fits_
 
 def test_only_a_box_of_the_same_standard_counts():
     red = retroreflector((2.0, 0.005, 0.005))
-    own = measure(red, limits(standard="DPR", colour="white"), POINT)
+    own = measure(red, limits(standard="DPR", color="white"), POINT)
     assert own.colors[0].counts
     assert not own.colors[1].counts
     assert own.colors[0].margin < 0.0

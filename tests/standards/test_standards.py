@@ -13,6 +13,7 @@ import pytest
 from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.standards import boxes, limits, standards
 from mrm_mtlx.standards.tables import classes, notes
+from mrm_mtlx.system.arguments import ArgumentError
 
 UNITS = {
     "R_A": {"cd/lx/m2"},
@@ -86,13 +87,13 @@ def test_amber_and_red_bicycle_reflectors_have_their_shares_of_clear():
 @pytest.mark.parametrize(
     ("names", "count"),
     [
-        ({"class_name": "dot c2", "colour": "WHITE"}, 6),
-        ({"class_name": "Type I", "colour": "white"}, 4),  # not Type II, whose name has it as a part
-        ({"standard": "dpr", "colour": "red"}, 9),
+        ({"class_name": "dot c2", "color": "WHITE"}, 6),
+        ({"class_name": "Type I", "color": "white"}, 4),  # not Type II, whose name has it as a part
+        ({"standard": "dpr", "color": "red"}, 9),
         ({"standard": "iso 20471"}, 16),
-        ({"standard": "fra", "class_name": None, "colour": "yellow"}, None),
-        ({"class_name": "FRA-224", "colour": "yellow"}, 4),
-        ({"standard": "EN 1436", "class_name": "R3 permanent", "colour": "yellow"}, 1),
+        ({"standard": "fra", "class_name": None, "color": "yellow"}, None),
+        ({"class_name": "FRA-224", "color": "yellow"}, 4),
+        ({"standard": "EN 1436", "class_name": "R3 permanent", "color": "yellow"}, 1),
     ],
 )
 def test_a_class_is_found_by_as_much_of_its_names_as_tells_it_apart(names, count):
@@ -115,7 +116,7 @@ def test_a_class_is_found_by_as_much_of_its_names_as_tells_it_apart(names, count
         ),
         ({"standard": "EN 12899-1"}, "no single standard is called 'EN 12899-1'"),
         ({"class_name": " -"}, "no single class is called ' -'"),
-        ({"class_name": "DOT-C2", "colour": "blue"}, "no single colour is called 'blue'; expected one of: red, white"),
+        ({"class_name": "DOT-C2", "color": "blue"}, "no single colour is called 'blue'; expected one of: red, white"),
     ],
 )
 def test_a_name_that_does_not_tell_one_class_lists_what_there_is(names, message):
@@ -229,3 +230,18 @@ def test_the_boxes_are_those_of_the_verified_tables(shared):
             for row in csv.DictReader(stream)
         )  # fmt: skip
     assert Counter(box_rows(boxes())) == expected
+
+
+@pytest.mark.parametrize(
+    ("names", "argument"),
+    [
+        ({"standard": "nobody's"}, "standard"),
+        ({"standard": "FMVSS 108"}, "class_name"),
+        ({"class_name": "DOT-C2"}, "color"),
+        ({"class_name": "DOT-C2", "color": "mauve"}, "color"),
+    ],
+)
+def test_the_argument_that_does_not_tell_one_class_is_named(names, argument):
+    with pytest.raises(ArgumentError) as caught:
+        limits(**names)
+    assert caught.value.argument == argument

@@ -1,0 +1,40 @@
+"""Checks of arguments: what is refused, and how it is said."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, check_positive, check_range, refuse
+
+
+@pytest.mark.parametrize(
+    ("check", "message"),
+    [
+        (lambda: refuse({"a": None, "b": 0.0}, "not here"), "b: not here"),
+        (lambda: refuse({"a": (), "b": True}, "not here"), "b: not here"),
+        (lambda: check_choice("a", "x", ("y", "z")), "a: 'x': expected one of y, z"),
+        (lambda: check_range("a", 3, 4), "a: 3: expected 4 or more"),
+        (lambda: check_range("a", float("nan"), 4, 1 << 22), "a: nan: expected 4 to 4194304"),
+        (lambda: check_positive("a", 0.0), "a: 0: expected a number above 0"),
+        (lambda: check_positive("a", float("inf")), "a: inf: expected a number above 0"),
+        (lambda: check_angles("a", [3.0, 91.0], -90.0, 90.0), "a: 91: expected an angle from -90 to 90 degrees"),
+    ],
+)
+def test_a_wrong_argument_is_named_with_what_was_expected(check, message):
+    with pytest.raises(ArgumentError) as caught:
+        check()
+    assert str(caught.value) == message
+    copied = pickle.loads(pickle.dumps(caught.value))
+    assert (copied.message, copied.argument) == (caught.value.message, caught.value.argument)
+
+
+def test_what_is_right_or_not_given_passes():
+    refuse({"a": None, "b": False, "c": (), "d": []}, "not here")
+    check_choice("a", None, ("y",))
+    check_choice("a", "y", ("y",))
+    check_range("a", 4, 4, 4)
+    check_positive("a", None)
+    check_positive("a", 1e-9)
+    check_angles("a", [-90.0, 90.0], -90.0, 90.0)
