@@ -89,13 +89,12 @@ class XmlElements:
 
     def _put_in_order(self) -> None:
         """Find the names as MaterialX does: the first of several has it, and an element without gets one by its tag."""
-        children, dropped = self._children, set[int]()
+        children = self._children
         last: dict[tuple[int, str], str] = {}
         for number in range(1, len(self._names)):
             parent, name = self._parents[number], self._names[number]
-            if parent in dropped or name == _INCLUSION or (parent, name) in children:
-                dropped.add(number)
-                continue
+            if name == _INCLUSION or (parent, name) in children:
+                continue  # and nothing leads to what is inside
             if isinstance(name, tuple):
                 name = last[parent, name[0]] = self._free_name(parent, name[0], last.get((parent, name[0]), ""))
             children[parent, name] = number

@@ -341,6 +341,9 @@ def test_an_element_is_never_taken_for_one_of_another_kind(read):
     graph.getNode("y").removeChild("value")
     graph.getNode("y").addChildOfCategory("token", "value")
     assert at(document, "/g/y/value") == (4, 3)
+    graph.getNode("y").removeChild("value")
+    graph.getNode("y").addChildOfCategory("note", "value")
+    assert at(document, "/g/y/value") == (4, 3)
 
 
 # Hostile documents ----------------------------------------------------------------------------------------------------
@@ -377,7 +380,7 @@ def test_the_versions_of_materialx_that_are_tested_are_earlier_ones():
     assert mx.getVersionString().startswith("1.39")
 
 
-# Documents at hand -----------------------------------------------------------------------------------------------------
+# Documents at hand ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("folder", ["materials", "materials_classes", "tests/rules"])
