@@ -65,7 +65,7 @@ _MODULES = {
     "mrm_mtlx.api.doctor": ("CoverageReport", "coverage", "doctor"),
     "mrm_mtlx.api.errors": (
         "DataError", "DocumentError", "MrmError", "NoReferenceError", "NoValueError", "NothingToConvertError",
-        "NothingToRenderError",        "ShaderError", "UnavailableError",
+        "NothingToRenderError", "ShaderError", "UnavailableError",
     ),
     "mrm_mtlx.api.fit": ("fit", "fit_class", "fit_classes"),
     "mrm_mtlx.api.generate": ("generate",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import pickle
 import re
@@ -276,3 +277,16 @@ def test_a_table_that_is_wider_than_the_terminal_is_lines() -> None:
         assert all(re.search(rf"\b{target}\b", " ".join(table)) for target in targets)
         assert " ".join(table).count("1.2e-07") == len(targets)
         assert "…" not in captured.get()
+
+
+def test_what_type_checkers_see_is_what_there_is() -> None:
+    tree = ast.parse(inspect.getsource(mrm))
+    (block,) = [node for node in tree.body if isinstance(node, ast.If)]
+    seen = {
+        alias.name: node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+        if alias.asname == alias.name  # what is imported again under its own name is public
+    }
+    assert seen == mrm._HOMES
