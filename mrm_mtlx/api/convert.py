@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,9 +93,10 @@ def convert(
     if force and not written.writes_beside:
         msg = "this format has no files beside OUTPUT, which is replaced"
         raise ArgumentError(msg, "force")
-    source = None if isinstance(path, OpenDocument) else format_of(Path(path))
-    if source is not None and not source.can(Capability.READ) and source.can(Capability.COEFFICIENTS):
-        return _fitted(Path(str(path)), source, target, written, options, listener)
+    if not isinstance(path, OpenDocument):
+        source = format_of(Path(path))
+        if source is not None and not source.can(Capability.READ) and source.can(Capability.COEFFICIENTS):
+            return _fitted(Path(path), source, target, written, options, listener)
     chosen = _options(written, path, options)
     return _write(open_document(path, root=root, listener=listener), target, written, chosen, listener, force=force)
 
@@ -164,9 +164,8 @@ def _options(owner: Format, path: PathLike | OpenDocument, given: dict[str, Any]
     """The options of a format; of an open document, the element that was chosen is its own."""
     from mrm_mtlx.formats.registry import options_for
 
-    if isinstance(path, OpenDocument) and "element" in owner.options_class.names():
-        given = {"element": path.elements[0], **given}
-    given = {name: Path(value) if isinstance(value, os.PathLike) else value for name, value in given.items()}
+    if isinstance(path, OpenDocument) and "element" in owner.options_class.names() and given.get("element") is None:
+        given = {**given, "element": path.elements[0]}
     return options_for(owner, given)
 
 

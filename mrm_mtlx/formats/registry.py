@@ -10,7 +10,8 @@ is a `format.Format`:
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
 
 from mrm_mtlx.documents.files import read_regular
 from mrm_mtlx.formats.format import Capability, Format
@@ -19,7 +20,6 @@ from mrm_mtlx.system.plugins import PluginError, registered
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     from mrm_mtlx.formats.options import Option, Options
 
@@ -114,12 +114,14 @@ def options_for(owner: Format, given: Mapping[str, Any]) -> Options:
         If it has no such option, with the formats that have; or if it refuses a value.
     """
     given = {name: value for name, value in given.items() if value is not None}
+    own = owner.options_class.declared()
     for name in given:
-        if name not in owner.options_class.names():
+        if name not in own:
             having = [known for known in formats() if name in known.options_class.names()]
             of = "; ".join(f"{', '.join(known.suffixes)}, {known.title}" for known in having)
             raise ArgumentError(f"only for {of}" if of else "there is no such option", name)
-    return owner.options_class(**given)
+    paths = {name: Path(value) for name, value in given.items() if Path in get_args(own[name][0])}
+    return owner.options_class(**{**given, **paths})
 
 
 def _having(path: Path) -> list[Format]:
