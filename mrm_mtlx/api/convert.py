@@ -136,7 +136,7 @@ def compare(
     compared = next(one for one in known if one is not None and one.can(Capability.COMPARE))
     chosen = _options(compared, path, options)
     opened = open_document(path, root=root, listener=listener)
-    return _evaluated(opened, listener, lambda: compared.compare(opened.imported, Path(file), chosen))
+    return _evaluated(opened, listener, lambda: compared.compare(opened.source, Path(file), chosen))
 
 
 def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None) -> Format:
@@ -177,12 +177,12 @@ def _write(
     from mrm_mtlx.formats.format import NothingToWriteError
 
     def told(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-        found = [opened.imported.in_source(one) for one in findings]
+        found = [opened.source.in_source(one) for one in findings]
         listener.findings(found)
         return (*opened.findings, *found)
 
     def write() -> list[Finding]:
-        return written.write(opened.imported, output, opened.library, options, force=force)
+        return written.write(opened.source, output, opened.library, options, force=force)
 
     try:
         findings = told(_evaluated(opened, listener, write))
@@ -218,7 +218,7 @@ def _evaluated(opened: OpenDocument, listener: Listener, work: Callable[[], T]) 
     except contract.NoReferenceError as error:
         raise NoReferenceError(str(error), opened.findings) from error
     except contract.UnreadableImagesError as error:
-        problems = [opened.imported.in_source(found) for found in error.findings]
+        problems = [opened.source.in_source(found) for found in error.findings]
         listener.image_findings(problems)
         raise DocumentError(str(error), (*opened.findings, *problems)) from error
 

@@ -40,20 +40,20 @@ class OpenDocument:
         What is to be said of it, none of which prevents its use.
     elements
         Names of its renderable elements, or the one that was chosen.
-    imported, library
+    source, library
         What was read, and the definitions that it was read with.
     """
 
     path: Path
     findings: tuple[Finding, ...]
     elements: tuple[str, ...]
-    imported: Document = field(repr=False)
+    source: Document = field(repr=False)
     library: DataLibrary = field(repr=False)
 
     @property
     def document(self) -> Any:
         """The MaterialX document itself."""
-        return self.imported.materialx
+        return self.source.materialx
 
     def element(self, name: str) -> Any:
         """A renderable element of MaterialX, by its name."""
@@ -72,11 +72,11 @@ class OpenDocument:
         if element not in self.elements:
             msg = f"{element}: expected one of {', '.join(self.elements)}"
             raise ArgumentError(msg, "element")
-        return OpenDocument(self.path, self.findings, (element,), self.imported, self.library)
+        return OpenDocument(self.path, self.findings, (element,), self.source, self.library)
 
     def shader_error(self, rule: Rule, name: str, error: Exception) -> ShaderError:
         """An exception that says why an element has no shader, as a case of a rule."""
-        found = self.imported.in_source(rule.at(f"/{name}", str(error)))
+        found = self.source.in_source(rule.at(f"/{name}", str(error)))
         return ShaderError(str(found), (*self.findings, found))
 
     def surfaces(self) -> list[OpenSurface]:
@@ -92,7 +92,7 @@ class OpenDocument:
 
         found = []
         for name in self.elements:
-            images = CheckedImages(self.imported.reach, f"/{name}")
+            images = CheckedImages(self.source.reach, f"/{name}")
             try:
                 found.append(OpenSurface(name, Surface(self.element(name), images=images), images, self))
             except (UnsupportedError, RecursionError) as error:
@@ -124,7 +124,7 @@ class OpenSurface:
 
     def refuse_missing_images(self, listener: Listener = SILENT) -> None:
         """Raise a DocumentError if an image could not be read."""
-        problems = [self.owner.imported.in_source(found) for found in self.images.findings]
+        problems = [self.owner.source.in_source(found) for found in self.images.findings]
         if problems:
             listener.image_findings(problems)
             msg = "; ".join(found.message for found in problems)
@@ -174,11 +174,11 @@ def open_document(
         msg = f"{path} is a folder; name one document"
         raise ArgumentError(msg, "path")
     data = load_library(Origin(library))
-    imported, findings = _read(path, roots, data)
+    source, findings = _read(path, roots, data)
     listener.findings(findings)
-    if imported is None:
+    if source is None:
         raise DocumentError(_first(path, findings), findings)
-    return _chosen(path, imported, findings, data, element)
+    return _chosen(path, source, findings, data, element)
 
 
 def documents_of(
@@ -246,16 +246,16 @@ def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Do
     if not path.exists():
         return None, [rules.READ_MISSING.at("", f"'{path}' does not exist").in_file(shown_path(path))]
     try:
-        imported = read_document(path, Reach.beside(path, roots), library, _scratch())
-        checked = check_graph(imported.materialx)
-        checked += check_files(imported.materialx, imported.reach, library)
+        source = read_document(path, Reach.beside(path, roots), library, _scratch())
+        checked = check_graph(source.materialx)
+        checked += check_files(source.materialx, source.reach, library)
     except ReadError as error:
         return None, [error.finding]
-    findings = imported.findings + checked
+    findings = source.findings + checked
     usable = not any(found.blocks for found in findings)
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
     told = capped(found for found in findings if not found.rule.of_host)
-    return imported if usable else None, [imported.in_source(found) for found in told]
+    return source if usable else None, [source.in_source(found) for found in told]
 
 
 def _first(path: Path, findings: Sequence[Finding]) -> str:
@@ -269,12 +269,12 @@ def _first(path: Path, findings: Sequence[Finding]) -> str:
 
 
 def _chosen(
-    path: Path, imported: Document, findings: list[Finding], library: DataLibrary, element: str | None
+    path: Path, source: Document, findings: list[Finding], library: DataLibrary, element: str | None
 ) -> OpenDocument:
     from mrm_mtlx.shadergen import renderable_elements
 
-    names = tuple(e.getNamePath() for e in renderable_elements(imported.materialx))
-    opened = OpenDocument(path, tuple(findings), names, imported, library).only(element)
+    names = tuple(e.getNamePath() for e in renderable_elements(source.materialx))
+    opened = OpenDocument(path, tuple(findings), names, source, library).only(element)
     if not opened.elements:
         msg = f"{path} has nothing to render"
         raise NothingToRenderError(msg, findings)

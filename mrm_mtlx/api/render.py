@@ -216,7 +216,7 @@ class _Job:
             child.allow(picture.memory(options))
             if self.engine.path_tracer is not None:
                 return self._traced(options, paths, seed, mode), 1
-            surface = (self.opened.element(name), self.opened.library, self.opened.imported.reach)
+            surface = (self.opened.element(name), self.opened.library, self.opened.source.reach)
             return picture.render(*surface, options, self.engine), picture.OVERSAMPLING
         except ImagesTooLargeError as error:
             msg = f"{self.opened.path} has {error}"
@@ -247,7 +247,7 @@ class _Job:
         return path_traced.render(
             document.getDescendant(self.opened.elements[0]),
             self.opened.library,
-            self.opened.imported.reach,
+            self.opened.source.reach,
             options,
             self.engine.path_tracer,
             paths=paths,

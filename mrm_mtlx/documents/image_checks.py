@@ -39,8 +39,8 @@ def check_image(name: str, reach: Reach, place: str) -> list[Finding]:
 class CheckedImages(DocumentImages):
     """The images of a document, with a finding for each that cannot be read, is missing or lies outside.
 
-    The check of the document's files finds most of the latter before, with their places; here is all that is asked for,
-    by whatever way its name came.
+    The check of the document's files finds most of the latter before, with their locations; here is all that is asked
+    for, by whatever way its name came.
     """
 
     def __init__(self, reach: Reach, place: str) -> None:

@@ -130,13 +130,13 @@ def _write_converted(folder: Path) -> None:
     with tempfile.TemporaryDirectory(prefix="mrm-") as name:
         work = Path(name)
         for path in sorted((REPOSITORY / "materials").glob("*.mtlx")):
-            imported = read_document(path, Reach.beside(path), library, work)
+            read = read_document(path, Reach.beside(path), library, work)
             for suffix in (".usda", ".usdc", ".usdz", ".gltf", ".glb"):
                 written = work / f"w{suffix}"
                 form = format_for(written)
                 assert form is not None
                 try:
-                    form.write(imported, written, library)
+                    form.write(read, written, library)
                 except ValueError:  # nothing that the format can say
                     continue
                 found.setdefault(suffix, []).append(written.read_bytes())

@@ -130,32 +130,32 @@ def _document(path: Path, scratch: Path, rng: Random) -> Verdict:
     inside = scratch / "inside"
     inside.mkdir()
     try:
-        imported = read_document(path, Reach.beside(path), library, inside)
+        read = read_document(path, Reach.beside(path), library, inside)
     except ReadError as error:
         return _verdict([error.finding])
-    findings = imported.findings + check_graph(imported.materialx)
-    findings += check_files(imported.materialx, imported.reach, library)
+    findings = read.findings + check_graph(read.materialx)
+    findings += check_files(read.materialx, read.reach, library)
     if any(f.blocks for f in findings):
         return _verdict(findings)
-    findings += check_retroreflection(imported.materialx)
+    findings += check_retroreflection(read.materialx)
     codes = list(_verdict(findings).codes)
-    for element in renderable_elements(imported.materialx)[:_ELEMENTS]:
+    for element in renderable_elements(read.materialx)[:_ELEMENTS]:
         try:
             generate(element, "glsl", library)
         except GenerationError:
             codes.append("SHADER_GENERATE")
     if "SHADER_GENERATE" in codes:
         return Verdict(Outcome.FINDINGS, tuple(sorted(set(codes))))
-    refused = _refused(path, imported)
+    refused = _refused(path, read)
     if refused:
         return Verdict(Outcome.ORACLE, tuple(codes), refused)
-    _more(imported, scratch, rng)
+    _more(read, scratch, rng)
     return Verdict(Outcome.CLEAN, tuple(codes))
 
 
-def _refused(path: Path, imported: Document) -> str:
+def _refused(path: Path, read: Document) -> str:
     """Why MaterialX itself refuses a document, "" if it does not."""
-    document = imported.materialx
+    document = read.materialx
     if format_of(path) is MATERIALX:
         document = mx.createDocument()
         try:
@@ -168,30 +168,30 @@ def _refused(path: Path, imported: Document) -> str:
     return "\n".join(f.message for f in messages_of_validation(document, messages, explained=False))[:300]
 
 
-def _more(imported: Document, scratch: Path, rng: Random) -> None:
+def _more(read: Document, scratch: Path, rng: Random) -> None:
     """What other commands do with a document that is valid; exceptions of theirs that mean a message are expected."""
     if rng.randrange(_DISSOLVED) == 0:
         with contextlib.suppress(ValueError):
-            flattened(imported.materialx)
+            flattened(read.materialx)
     if rng.randrange(_CONVERTED) == 0:
-        _convert(imported, scratch / f"w{rng.choice(('.usda', '.usdc', '.usdz', '.gltf', '.glb', '.mtlx'))}")
+        _convert(read, scratch / f"w{rng.choice(('.usda', '.usdc', '.usdz', '.gltf', '.glb', '.mtlx'))}")
     if rng.randrange(_EVALUATED) == 0:
-        for element in renderable_elements(imported.materialx)[:_ELEMENTS]:
-            _evaluate(element, imported, rng)
+        for element in renderable_elements(read.materialx)[:_ELEMENTS]:
+            _evaluate(element, read, rng)
 
 
-def _convert(imported: Document, path: Path) -> None:
+def _convert(read: Document, path: Path) -> None:
     form = format_for(path)
     assert form is not None
     try:
-        form.write(imported, path, load_library())
+        form.write(read, path, load_library())
     except (NothingToWriteError, ValueError, OSError):
         return
 
 
-def _evaluate(element: Any, imported: Document, rng: Random) -> list[Finding]:
+def _evaluate(element: Any, read: Document, rng: Random) -> list[Finding]:
     """The reference at a few points; findings of the images that it asks for."""
-    images = CheckedImages(imported.reach, f"/{element.getNamePath()}")
+    images = CheckedImages(read.reach, f"/{element.getNamePath()}")
     generator = sampling.generator(rng.getrandbits(32), str(element.getNamePath()))
     try:
         surface = Surface(element, images=images)
@@ -211,13 +211,13 @@ def _pictured(path: Path, scratch: Path, rng: Random) -> Verdict:
     document = path.with_name("shows.mtlx")
     document.write_text(_SHOWS.format(path.suffix), encoding="utf-8")
     library = load_library()
-    imported = read_document(document, Reach.beside(document), library, scratch)
-    findings = imported.findings + check_graph(imported.materialx)
-    findings += check_files(imported.materialx, imported.reach, library)
+    read = read_document(document, Reach.beside(document), library, scratch)
+    findings = read.findings + check_graph(read.materialx)
+    findings += check_files(read.materialx, read.reach, library)
     if any(f.blocks for f in findings):
         return _verdict(findings)
-    for element in renderable_elements(imported.materialx):
-        findings += _evaluate(element, imported, rng)
+    for element in renderable_elements(read.materialx):
+        findings += _evaluate(element, read, rng)
     return _verdict(findings)
 
 

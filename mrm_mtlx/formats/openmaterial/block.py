@@ -78,7 +78,7 @@ class OpenMaterialFile(NamedTuple):
     """A file: all of its data, the JSON pointer of the block, and the block; None for none."""
 
     data: dict[str, Any]
-    place: str | None
+    pointer: str | None
     block: RetroreflectivityData | None
 
 
@@ -95,14 +95,14 @@ def load(path: Path) -> OpenMaterialFile:
     """
     try:
         data = _parse(path)
-        places = list(_places(data))
-        if len(places) > 1:
-            msg = f"{BLOCK} stands there twice, at {shown(places[0][0])} and {shown(places[1][0])}; expected one"
+        pointers = list(_pointers(data))
+        if len(pointers) > 1:
+            msg = f"{BLOCK} stands there twice, at {shown(pointers[0][0])} and {shown(pointers[1][0])}; expected one"
             raise ValueError(msg)
-        if not places:
+        if not pointers:
             return OpenMaterialFile(data, None, None)
-        ((place, block),) = places
-        return OpenMaterialFile(data, place, _checked(block, place))
+        ((pointer, block),) = pointers
+        return OpenMaterialFile(data, pointer, _checked(block, pointer))
     except (ValueError, RecursionError) as error:
         what = _TOO_DEEP if isinstance(error, RecursionError) else str(error)
         msg = f"{path.name}: {printable(what)}"
@@ -121,8 +121,8 @@ def merged(file: OpenMaterialFile | None, block: RetroreflectivityData, at: str 
         If there is no object `at`.
     """
     data: dict[str, Any] = {} if file is None else deepcopy(file.data)
-    if file is not None and file.place is not None:
-        target = _object_at(data, file.place)
+    if file is not None and file.pointer is not None:
+        target = _object_at(data, file.pointer)
     else:
         target = _object_at(data, at).setdefault(BLOCK, {})
     target |= {COEFFICIENT: block.coefficient, SOURCES: block.sources}
@@ -150,7 +150,7 @@ def _parse(path: Path) -> dict[str, Any]:
     return json_text.parse(content)
 
 
-def _places(data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+def _pointers(data: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     """Pointers to all blocks and what stands there."""
     waiting: list[tuple[str, Any, int]] = [("", data, 1)]
     while waiting:  # not by recursion, so that the bound is ours and the same everywhere

@@ -119,10 +119,10 @@ def coefficients(path: Path, options: OpenMaterialOptions) -> list[Coefficient]:
     except OSError as error:
         message = f"the file cannot be opened: {error.strerror}"
         raise ReadError(rules.READ_FAILED.at("", message)) from error
-    if file.place is None or file.block is None:
+    if file.pointer is None or file.block is None:
         raise ReadError(rules.READ_FORMAT.at("", f"it has no {BLOCK}"))
     if file.block.coefficient <= 0.0:
-        raise ReadError(rules.READ_FORMAT.at(file.place, "its R_A is 0, which no retroreflecting material has"))
+        raise ReadError(rules.READ_FORMAT.at(file.pointer, "its R_A is 0, which no retroreflecting material has"))
     return [Coefficient(*options.geometry(file.block.geometry), file.block.coefficient)]
 
 

@@ -67,13 +67,13 @@ def test_what_is_written_is_read_back(tmp_path):
     block = of_brdf(sheeting(123.4567), "sign.mtlx", Geometry(0.33, 5.0))
     (tmp_path / "new.json").write_bytes(as_json(merged(None, block)))
     found = load(tmp_path / "new.json")
-    assert (found.block, found.place, list(found.data)) == (block, f"/{BLOCK}", [BLOCK])
+    assert (found.block, found.pointer, list(found.data)) == (block, f"/{BLOCK}", [BLOCK])
     assert found.block.geometry == Geometry(0.33, 5.0)
 
 
 def test_a_block_is_found_and_replaced_where_it_stands_and_all_else_stays(saved):
     file = load(saved(MATERIAL))
-    assert (file.place, file.block) == (PLACE, RetroreflectivityData(70.5, "lab A, 2024"))
+    assert (file.pointer, file.block) == (PLACE, RetroreflectivityData(70.5, "lab A, 2024"))
     assert file.block.geometry is None
     data = merged(file, RetroreflectivityData(80.0, "ours"))
     expected = json.loads(json.dumps(MATERIAL).replace("70.5", "80.0").replace("lab A, 2024", "ours"))

@@ -31,7 +31,7 @@ def difference(
 
     Each comes with what gives it the pixels of its files. Points are seen under one light, a third of them near the
     direction back to it and a third near the mirror's; emission is included. What is seen through what `transmits` is
-    there in surroundings alone, so that some points are then seen in white ones, too.
+    there in an environment alone, so that some points are then seen in a white one, too.
 
     Raises
     ------

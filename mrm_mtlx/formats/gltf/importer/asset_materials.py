@@ -44,7 +44,7 @@ def read(path: Path, reach: Reach, library: DataLibrary, scratch: Path) -> Docum
     """The materials of a .gltf or .glb as a document; see `formats.format`.
 
     A material that breaks glTF's rules is left out; what MaterialX cannot say is left out of its material. Both are
-    findings, with JSON pointers as places.
+    findings, with JSON pointers as locations.
     """
     container = open_container(path, reach)
     materialx = mx.createDocument()
