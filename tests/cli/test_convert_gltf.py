@@ -5,22 +5,18 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents.images import read_image
 
 
 @pytest.fixture
-def collar(tmp_path):
+def collar(tmp_path, write_image):
     """An asset in the test's folder with a white plate that is retroreflective on its left half; its name there."""
     mask = np.zeros((8, 8, 3), np.uint8)
     mask[:, :4, 0] = 255
     mask[:, :, 1] = 255  # in another channel, where it counts for nothing
-    output = oiio.ImageOutput.create(str(tmp_path / "mask.png"))
-    output.open(str(tmp_path / "mask.png"), oiio.ImageSpec(8, 8, 3, "uint8"))
-    output.write_image(mask)
-    output.close()
+    write_image(tmp_path / "mask.png", mask)
     material = {
         "name": "collar",
         "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.25},

@@ -12,25 +12,15 @@ from mrm_mtlx.documents.images import as_read, read_image, srgb_decoded, srgb_en
 UNIT = 2.0**-24
 
 
-def write_image(path, pixels) -> None:
-    """An image file of the type that its name says; float for EXR, 8 bits for PNG."""
-    height, width, channels = pixels.shape
-    kind = oiio.FLOAT if path.suffix == ".exr" else oiio.UINT8
-    output = oiio.ImageOutput.create(str(path))
-    assert output.open(str(path), oiio.ImageSpec(width, height, channels, kind)), output.geterror()
-    assert output.write_image(pixels.astype(np.float32)), output.geterror()
-    output.close()
-
-
 @pytest.mark.parametrize("size", [(4, 8), (3, 5), (1, 1)])
-def test_what_is_read_is_what_was_written(rng, tmp_path, size):
+def test_what_is_read_is_what_was_written(write_image, rng, tmp_path, size):
     path = tmp_path / "picture.exr"
     stored = rng.uniform(-4.0, 4.0, (*size, 3)).astype(np.float32)
     write_image(path, stored)
     assert np.array_equal(read_image(path), stored)
 
 
-def test_pixels_of_eight_bits_are_shares_of_one(tmp_path):
+def test_pixels_of_eight_bits_are_shares_of_one(write_image, tmp_path):
     path = tmp_path / "picture.png"
     stored = np.arange(24).reshape(2, 4, 3) / 255.0 * 10.0
     write_image(path, stored)
@@ -48,7 +38,7 @@ def test_a_file_that_is_no_picture_is_a_value_error_with_its_name(tmp_path, cont
     assert str(tmp_path) not in str(caught.value).replace(str(path), "")
 
 
-def test_a_picture_that_ends_too_early_is_a_value_error(tmp_path, rng):
+def test_a_picture_that_ends_too_early_is_a_value_error(write_image, tmp_path, rng):
     path = tmp_path / "short.exr"
     write_image(path, rng.uniform(0.0, 1.0, (64, 64, 3)))
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
@@ -57,7 +47,7 @@ def test_a_picture_that_ends_too_early_is_a_value_error(tmp_path, rng):
 
 
 @pytest.mark.parametrize(("limit", "bound"), [("MAXIMUM_SIDE", 7), ("MAXIMUM_VALUES", 8 * 4 * 3 - 1)])
-def test_a_picture_that_is_too_large_is_a_value_error(monkeypatch, tmp_path, limit, bound):
+def test_a_picture_that_is_too_large_is_a_value_error(write_image, monkeypatch, tmp_path, limit, bound):
     path = tmp_path / "large.png"
     write_image(path, np.zeros((4, 8, 3)))
     monkeypatch.setattr(images, limit, bound)

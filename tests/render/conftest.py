@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents.files import Reach
@@ -14,7 +12,6 @@ from mrm_mtlx.render import picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
@@ -54,18 +51,3 @@ def rendered(gl, surface_document: Callable, library: DataLibrary, tmp_path_fact
         return picture.render(document.getNode("m"), library, Reach.only(folder), settings, ENGINE)
 
     return draw
-
-
-@pytest.fixture(scope="session")
-def write_image() -> Callable[[Path, Array], Path]:
-    """Function that writes pixels (height, width, channels) as floats, for tests that read them back."""
-
-    def write(path: Path, pixels: Array) -> Path:
-        height, width, channels = pixels.shape
-        target = oiio.ImageOutput.create(str(path))
-        assert target.open(str(path), oiio.ImageSpec(width, height, channels, "float"))
-        target.write_image(np.ascontiguousarray(pixels, dtype=np.float32))
-        target.close()
-        return path
-
-    return write

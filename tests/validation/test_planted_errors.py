@@ -160,22 +160,12 @@ TEXTURED = """<?xml version="1.0"?>
 """
 
 
-def textured(folder: Path, pixels: np.ndarray) -> Path:
-    """A document with this image, beyond whose edges it looks."""
-    import OpenImageIO as oiio
-
-    height, width, channels = pixels.shape
-    image = oiio.ImageBuf(oiio.ImageSpec(width, height, channels, oiio.FLOAT))
-    assert image.set_pixels(oiio.ROI(), pixels.astype(np.float32))
-    assert image.write(str(folder / "steps.exr"))
-    path = folder / "textured.mtlx"
-    path.write_text(TEXTURED, encoding="utf-8")
-    return path
-
-
 @pytest.mark.parametrize("target", ["glsl", "essl"])
-def test_an_address_mode_off_by_one_is_seen(gl, library, changed_standard_library, tmp_path, target):
-    path = textured(tmp_path, np.arange(5 * 3 * 3).reshape(3, 5, 3) / 45.0)
+def test_an_address_mode_off_by_one_is_seen(
+    gl, library, changed_standard_library, written, write_image, tmp_path, target
+):
+    write_image(tmp_path / "steps.exr", np.arange(5 * 3 * 3).reshape(3, 5, 3) / 45.0)
+    path = written(TEXTURED, "textured.mtlx")
     # Generators number the modes in the order of the definition.
     order = 'enum="constant,clamp,periodic,mirror"'
     wrong = changed_standard_library("stdlib/stdlib_defs.mtlx", order, 'enum="mirror,constant,clamp,periodic"')

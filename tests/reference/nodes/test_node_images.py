@@ -7,7 +7,6 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 
 from mrm_mtlx.documents.images import ADDRESS_MODES, FILTER_TYPES, read_image
@@ -78,20 +77,14 @@ def shown(nodes: str, kind: str = "color3", output: str = "") -> str:
 
 
 @pytest.fixture
-def pictures(tmp_path):
+def pictures(tmp_path, write_image):
     """Function that writes image files with these pixels and gives them as they are read again."""
 
     def write(**pixels: Array) -> dict[str, Array]:
         found = {}
         for name, values in pixels.items():
             kind = "png" if values.dtype == np.uint8 else "exr" if name < "m" else "tif"
-            path = tmp_path / f"{name}.{kind}"
-            height, width, channels = values.shape
-            output = oiio.ImageOutput.create(str(path))
-            spec = oiio.ImageSpec(width, height, channels, oiio.UINT8 if kind == "png" else oiio.FLOAT)
-            assert output.open(str(path), spec), output.geterror()
-            assert output.write_image(values), output.geterror()
-            output.close()
+            path = write_image(tmp_path / f"{name}.{kind}", values)
             found[path.name] = read_image(path)
         return found
 

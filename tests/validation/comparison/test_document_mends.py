@@ -133,14 +133,10 @@ CASES = {
 
 
 @pytest.fixture
-def images(tmp_path):
+def images(tmp_path, write_image):
     """The images of a document: a dark one and a light one."""
-    import OpenImageIO as oiio
-
     for name, value in (("dark", 0.25), ("light", 0.75)):
-        image = oiio.ImageBuf(oiio.ImageSpec(4, 2, 3, oiio.FLOAT))
-        assert image.set_pixels(oiio.ROI(), np.full((2, 4, 3), value, dtype=np.float32))
-        assert image.write(str(tmp_path / f"{name}.exr"))
+        write_image(tmp_path / f"{name}.exr", np.full((2, 4, 3), value))
     return CheckedImages(Reach.only(tmp_path), "")
 
 

@@ -39,14 +39,9 @@ CASES = {
 
 
 @pytest.fixture
-def images(tmp_path):
+def images(tmp_path, write_image):
     """The images of a document: one of a colour that no number of 11 bits holds, so that no filter hides an error."""
-    import OpenImageIO as oiio
-
-    pixels = np.full((3, 5, 3), 0.7, dtype=np.float32)
-    image = oiio.ImageBuf(oiio.ImageSpec(5, 3, 3, oiio.FLOAT))
-    assert image.set_pixels(oiio.ROI(), pixels)
-    assert image.write(str(tmp_path / "flat.exr"))
+    write_image(tmp_path / "flat.exr", np.full((3, 5, 3), 0.7))
     return CheckedImages(Reach.only(tmp_path), "")
 
 
