@@ -237,6 +237,18 @@ def test_a_wrong_argument_is_a_value_error_that_names_it(metal: Any) -> None:
         assert str(caught.value).startswith(f"{argument}: ")
 
 
+def test_what_takes_several_takes_one_without_a_list(metal: Any, documents: Any) -> None:
+    assert mrm.check(metal, exclude="*.tmp").passed
+    folder = documents / "DOC_CYCLE"
+    assert len(mrm.check(folder, exclude="t*", root=folder).documents) == len(mrm.check(folder).documents) - 1
+    assert [found.code for _, found in mrm.check(folder, select="DOC_CYCLE").findings] == ["DOC_CYCLE"]
+    assert mrm.check(folder, ignore="DOC_CYCLE").findings == []
+    assert str(mrm.plot(model="lambert", light=20)) == str(mrm.plot(model="lambert", light=[20]))
+    assert list(mrm.validate(metal, target="mdl").documents[0].renderables[0].targets) == ["mdl"]
+    one = mrm.photometry(metal, observation=0.2, entrance=-4, rotation=0.0)
+    assert str(one) == str(mrm.photometry(metal, observation=[0.2], entrance=[-4], rotation=[0.0]))
+
+
 def test_an_open_document_serves_several_calls_and_is_not_changed(metal: Any, tmp_path: Any) -> None:
     opened = mrm.open_document(metal)
     before = opened.document.asString() if hasattr(opened.document, "asString") else str(opened.document)

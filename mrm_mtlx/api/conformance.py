@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def conformance(
     *,
-    target: Sequence[str] = (),
+    target: str | Sequence[str] = (),
     samples: int = 1 << 18,
     seed: int = 0,
     library: LibraryName = "mrm",

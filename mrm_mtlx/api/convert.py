@@ -49,7 +49,7 @@ def convert(
     output: PathLike,
     *,
     to: str | None = None,
-    root: Sequence[PathLike] = (),
+    root: PathLike | Sequence[PathLike] = (),
     force: bool = False,
     listener: Listener = SILENT,
     **options: Any,
@@ -105,7 +105,7 @@ def compare(
     path: PathLike | OpenDocument,
     file: PathLike,
     *,
-    root: Sequence[PathLike] = (),
+    root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
     **options: Any,
 ) -> Comparison:

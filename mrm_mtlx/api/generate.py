@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_choice
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more
 from mrm_mtlx.system.shown import Shown
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def generate(
     output: PathLike | None = None,
     osl_mode: OslModeName = "aligned",
     library: LibraryName = "mrm",
-    root: Sequence[PathLike] = (),
+    root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
 ) -> GeneratedSource:
     """Generate the source of a document's surfaces.
@@ -125,7 +125,7 @@ def generate(
     return GeneratedSource(target, shaders, files, opened.findings)
 
 
-def check_targets(names: Sequence[str], allowed: Sequence[str] | None = None) -> tuple[str, ...]:
+def check_targets(names: str | Sequence[str], allowed: Sequence[str] | None = None) -> tuple[str, ...]:
     """The targets asked for, each once, or all that there are.
 
     Raises
@@ -137,6 +137,7 @@ def check_targets(names: Sequence[str], allowed: Sequence[str] | None = None) ->
         from mrm_mtlx.shadergen import available_targets
 
         allowed = available_targets()
+    names = one_or_more(names)
     unknown = [name for name in names if name not in allowed]
     if unknown:
         msg = f"{', '.join(unknown)}: expected one of {', '.join(allowed)}"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRenderError, ShaderError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.system import child
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, refuse
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -136,7 +136,7 @@ def open_document(
     *,
     element: str | None = None,
     library: LibraryName = "mrm",
-    root: Sequence[PathLike] = (),
+    root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
 ) -> OpenDocument:
     """Read and check a document, or a file of another format as one.
@@ -182,7 +182,7 @@ def open_document(
 
 
 def documents_of(
-    paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument], exclude: Sequence[str] = ()
+    paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument], exclude: str | Sequence[str] = ()
 ) -> list[Path | OpenDocument]:
     """Each document once, those of folders in order.
 
@@ -195,7 +195,7 @@ def documents_of(
 
     found: list[Path | OpenDocument] = []
     for path in _several(paths):
-        found += documents_of(path, exclude) if isinstance(path, Path) and path.is_dir() else [path]
+        found += documents_of(path, one_or_more(exclude)) if isinstance(path, Path) and path.is_dir() else [path]
     if not found and not paths:
         msg = "expected a document"
         raise ArgumentError(msg, "paths")
@@ -217,15 +217,15 @@ def paths_of(paths: PathLike | Sequence[PathLike]) -> list[Path]:
     return [Path(path) for path in listed]
 
 
-def folders(root: Sequence[PathLike]) -> tuple[Path, ...]:
-    """Folders that exist.
+def folders(root: PathLike | Sequence[PathLike]) -> tuple[Path, ...]:
+    """Folders that exist, of one or more.
 
     Raises
     ------
     ArgumentError
         If one does not.
     """
-    found = tuple(map(Path, root))
+    found = tuple(map(Path, one_or_more(root)))
     for folder in found:
         if not folder.is_dir():
             msg = f"{folder}: expected a folder that exists"

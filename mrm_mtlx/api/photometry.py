@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRenderError, NoValueError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import OpenDocument, PathLike, documents_of, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, check_positive, refuse
+from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, check_positive, one_or_more, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,9 +29,9 @@ def photometry(
     standard: str | None = None,
     class_name: str | None = None,
     color: str | None = None,
-    observation: Sequence[float] = (),
-    entrance: Sequence[float] = (),
-    rotation: Sequence[float] = (),
+    observation: float | Sequence[float] = (),
+    entrance: float | Sequence[float] = (),
+    rotation: float | Sequence[float] = (),
     source_aperture: float = 0.0,
     receiver_aperture: float = 0.0,
     area: float | None = None,
@@ -39,8 +39,8 @@ def photometry(
     method: Method = "spectral",
     element: str | None = None,
     plot: PathLike | None = None,
-    root: Sequence[PathLike] = (),
-    exclude: Sequence[str] = (),
+    root: PathLike | Sequence[PathLike] = (),
+    exclude: str | Sequence[str] = (),
     listener: Listener = SILENT,
 ) -> PhotometryReport:
     """Measure documents in the geometries of a standard's class, beside its limits.
@@ -82,12 +82,14 @@ def photometry(
         If the call is wrong.
     """
     limits = _limits(standard, class_name, color)
-    options = _options(rotation or _rotations(limits), (source_aperture, receiver_aperture), area, radius, method)
+    options = _options(
+        one_or_more(rotation) or _rotations(limits), (source_aperture, receiver_aperture), area, radius, method
+    )
     from mrm_mtlx.photometry.report import check_sizes
     from mrm_mtlx.photometry.result import PhotometryReport
 
     check_sizes(limits, options)
-    grid = _grid(observation, entrance, limits)
+    grid = _grid(one_or_more(observation), one_or_more(entrance), limits)
     if plot is not None:
         from mrm_mtlx.plots.style import check_picture
 
@@ -170,7 +172,9 @@ class _Run:
         self._limits, self._options, self._grid, self._listener = limits, options, grid, listener
         self._brdfs: list[tuple[str, Brdf]] = []
 
-    def document(self, path: Path | OpenDocument, element: str | None, root: Sequence[PathLike]) -> DocumentReport:
+    def document(
+        self, path: Path | OpenDocument, element: str | None, root: PathLike | Sequence[PathLike]
+    ) -> DocumentReport:
         """Measure the surfaces of a document, or say why it is left out."""
         from mrm_mtlx.documents.files import shown_path
         from mrm_mtlx.photometry.forms import DocumentReport

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from mrm_mtlx.api.errors import NoValueError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import OpenDocument, PathLike, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, refuse
+from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, one_or_more, refuse
 from mrm_mtlx.system.shown import Shown
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Plot(Shown):
 def plot(
     path: PathLike | OpenDocument | None = None,
     *,
-    light: Sequence[float] = (),
+    light: float | Sequence[float] = (),
     azimuth: float | None = None,
     scale: Literal["linear", "log", "polar"] | None = None,
     element: str | None = None,
@@ -91,7 +91,7 @@ def plot(
     color: Numbers | None = None,
     ordinary: bool = False,
     retroreflective: bool = False,
-    root: Sequence[PathLike] = (),
+    root: PathLike | Sequence[PathLike] = (),
     output: PathLike | None = None,
     listener: Listener = SILENT,
 ) -> Plot:
@@ -151,7 +151,7 @@ def plot(
         from mrm_mtlx.plots.style import check_picture
 
         check_picture(target)
-    lights, turned = tuple(dict.fromkeys(light)) or (DEFAULT_LIGHT_DEG,), azimuth or 0.0
+    lights, turned = tuple(dict.fromkeys(one_or_more(light))) or (DEFAULT_LIGHT_DEG,), azimuth or 0.0
     _check_view(lights, turned)
     check_choice("scale", scale, ("linear", "log", "polar"))
     if path is not None:

@@ -115,7 +115,7 @@ def render(
     seed: int = 0,
     osl_mode: OslModeName | None = None,
     library: LibraryName = "mrm",
-    root: Sequence[PathLike] = (),
+    root: PathLike | Sequence[PathLike] = (),
     output: PathLike | None = None,
     listener: Listener = SILENT,
 ) -> Picture:

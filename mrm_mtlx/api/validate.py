@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.api.generate import check_targets
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, PathLike, folders, paths_of
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_range
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_range, one_or_more
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ SHORTEST_TIMEOUT_S = 0.1
 def validate(
     paths: PathLike | Sequence[PathLike],
     *,
-    target: Sequence[str] = (),
-    select: Sequence[str] = (),
-    ignore: Sequence[str] = (),
+    target: str | Sequence[str] = (),
+    select: str | Sequence[str] = (),
+    ignore: str | Sequence[str] = (),
     strict: bool = False,
     samples: int = 16384,
     seed: int = 0,
@@ -35,8 +35,8 @@ def validate(
     retro_sweep: bool = False,
     timeout: float = TIME_LIMIT_S,
     library: LibraryName = "mrm",
-    root: Sequence[PathLike] = (),
-    exclude: Sequence[str] = (),
+    root: PathLike | Sequence[PathLike] = (),
+    exclude: str | Sequence[str] = (),
     listener: Listener = SILENT,
 ) -> ValidationReport:
     """Read, check, generate, compile, run and compare documents with the reference.
@@ -97,14 +97,14 @@ def validate(
 def check(
     paths: PathLike | Sequence[PathLike],
     *,
-    select: Sequence[str] = (),
-    ignore: Sequence[str] = (),
+    select: str | Sequence[str] = (),
+    ignore: str | Sequence[str] = (),
     strict: bool = False,
     jobs: int = 0,
     timeout: float = TIME_LIMIT_S,
     library: LibraryName = "mrm",
-    root: Sequence[PathLike] = (),
-    exclude: Sequence[str] = (),
+    root: PathLike | Sequence[PathLike] = (),
+    exclude: str | Sequence[str] = (),
     listener: Listener = SILENT,
 ) -> LintReport:
     """Read documents and check their structure: the quick part of `validate`, without shaders, driver and reference.
@@ -131,13 +131,13 @@ def check(
 
 
 def _options(
-    select: Sequence[str],
-    ignore: Sequence[str],
+    select: str | Sequence[str],
+    ignore: str | Sequence[str],
     jobs: int,
     timeout: float,
     library: LibraryName,
-    root: Sequence[PathLike],
-    exclude: Sequence[str],
+    root: PathLike | Sequence[PathLike],
+    exclude: str | Sequence[str],
 ) -> ValidationOptions:
     from mrm_mtlx.library import Origin
     from mrm_mtlx.validation.options import ValidationOptions
@@ -150,17 +150,18 @@ def _options(
         jobs=jobs,
         timeout_s=timeout,
         roots=folders(root),
-        exclude=tuple(exclude),
+        exclude=one_or_more(exclude),
         select=_codes(select, "select"),
         ignore=_codes(ignore, "ignore"),
     )
 
 
-def _codes(codes: Sequence[str], argument: str) -> tuple[str, ...]:
+def _codes(codes: str | Sequence[str], argument: str) -> tuple[str, ...]:
     from mrm_mtlx.findings.catalogue import rules_from
 
-    for code in codes:
+    found = one_or_more(codes)
+    for code in found:
         if not rules_from(code):
             msg = f"no rule starts with '{code}'; `mrm rules` lists them"
             raise ArgumentError(msg, argument)
-    return tuple(codes)
+    return found

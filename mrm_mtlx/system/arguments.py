@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+import os
+from numbers import Real
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
+
+T = TypeVar("T", bound="str | float | os.PathLike[str]")
 
 
 class ArgumentError(ValueError):
@@ -27,6 +31,18 @@ class ArgumentError(ValueError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.message, self.argument)
+
+
+def one_or_more(given: T | Iterable[T]) -> tuple[T, ...]:
+    """The values of an argument that takes several, or one without a list around it.
+
+    Examples
+    --------
+    >>> one_or_more("glsl"), one_or_more(["glsl", "osl"]), one_or_more(0.2)
+    (('glsl',), ('glsl', 'osl'), (0.2,))
+    """
+    one = isinstance(given, str | Real | os.PathLike)
+    return (cast("T", given),) if one else tuple(cast("Iterable[T]", given))
 
 
 def refuse(given: Mapping[str, Any], why: str) -> None:

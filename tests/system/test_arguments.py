@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import pickle
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, check_positive, check_range, refuse
+from mrm_mtlx.system.arguments import (
+    ArgumentError,
+    check_angles,
+    check_choice,
+    check_positive,
+    check_range,
+    one_or_more,
+    refuse,
+)
 
 
 @pytest.mark.parametrize(
@@ -28,6 +38,11 @@ def test_a_wrong_argument_is_named_with_what_was_expected(check, message):
     assert str(caught.value) == message
     copied = pickle.loads(pickle.dumps(caught.value))
     assert (copied.message, copied.argument) == (caught.value.message, caught.value.argument)
+
+
+@pytest.mark.parametrize("one", ["glsl", 20, 0.0, np.float32(0.2), Path("assets")])
+def test_one_value_is_a_list_of_one(one):
+    assert one_or_more(one) == one_or_more([one]) == (one,)
 
 
 def test_what_is_right_or_not_given_passes():
