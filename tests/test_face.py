@@ -164,7 +164,7 @@ def hostile_results() -> dict[str, Any]:
     found = catalogue.DOC_CYCLE.at(f"/{HOSTILE}", HOSTILE, HOSTILE)
     target = TargetResult(Stage.COMPILE, Status.SKIP, HOSTILE)
     document = DocumentResult(HOSTILE, [found], [RenderableResult(HOSTILE, {"glsl": target})])
-    from mrm_mtlx.photometry.forms import DocumentReport
+    from mrm_mtlx.photometry.formatting import DocumentReport
     from mrm_mtlx.photometry.report import PhotometryOptions
 
     return {

@@ -363,7 +363,7 @@ def _document(report: FitReport, name: str, command: str) -> str:
     from mrm_mtlx.fitting.document import material_name, write
 
     notes = report.notes({"mrm-mtlx": __version__})
-    return write(report.fit.family, report.fit.values, material_name(name), notes, doc=f"Made by: {command}")
+    return write(report.fit.stack, report.fit.values, material_name(name), notes, doc=f"Made by: {command}")
 
 
 def _draw(measured: Measurement | CoefficientSamples, document: str, path: Path, *, viewed: bool) -> None:

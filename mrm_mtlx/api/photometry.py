@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.api.opening import OpenSurface
     from mrm_mtlx.photometry.coefficients import Brdf
-    from mrm_mtlx.photometry.forms import DocumentReport
+    from mrm_mtlx.photometry.formatting import DocumentReport
     from mrm_mtlx.photometry.report import PhotometryOptions, SurfaceReport
     from mrm_mtlx.photometry.result import PhotometryReport, StandardsReport
     from mrm_mtlx.standards.tables import Limit
@@ -177,7 +177,7 @@ class _Run:
     ) -> DocumentReport:
         """Measure the surfaces of a document, or say why it is left out."""
         from mrm_mtlx.documents.files import shown_path
-        from mrm_mtlx.photometry.forms import DocumentReport
+        from mrm_mtlx.photometry.formatting import DocumentReport
 
         name = shown_path(path.path if isinstance(path, OpenDocument) else path)
         try:

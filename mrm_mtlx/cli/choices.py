@@ -53,7 +53,7 @@ class Shape(StrEnum):
 
 
 class FitModel(StrEnum):
-    """Families that are fitted; api.fit.MODELS."""
+    """Layer stacks that are fitted; api.fit.MODELS."""
 
     AUTO = "auto"
     PAPER = "paper"

@@ -236,7 +236,7 @@ def write_documents(folder: Path, progress: Callable[[int, int], None] = lambda 
 def document(material: ClassMaterial, met: Met) -> str:
     """The text of a material's MaterialX document."""
     notes, docs = _notes(material, met), _DOCS[material.make.construction]
-    return write(met.family, met.values, material.name, notes, docs, doc=f"{material.what}.")
+    return write(met.stack, met.values, material.name, notes, docs, doc=f"{material.what}.")
 
 
 # What the layers are.
@@ -254,7 +254,7 @@ def _notes(material: ClassMaterial, met: Met) -> list[str]:
     sources = "; ".join(dict.fromkeys(f"{row.source} ({row.confidence})" for row in rows))
     derived = next((f", {row.derived}" for row in rows if row.derived), "")
     area = f" The area of the reflector, {make.area_cm2:g} square centimetres, is a choice." if make.area_cm2 else ""
-    lobes = "One lobe meets" if met.family.lobes == 1 else "One lobe would return more than the ceiling, two meet"
+    lobes = "One lobe meets" if met.stack.lobes == 1 else "One lobe would return more than the ceiling, two meet"
     x, y, factor = make.day
     return [
         f"{material.what}. Made with mrm-mtlx {__version__} by mrm fit for all classes at once; do not edit.",

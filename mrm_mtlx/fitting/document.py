@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from mrm_mtlx.fitting.model import COAT_IOR, DIGITS, Family, falloff
+from mrm_mtlx.fitting.model import COAT_IOR, DIGITS, LayerStack, falloff
 from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def material_name(text: str) -> str:
 
 
 def write(
-    family: Family,
+    stack: LayerStack,
     values: Mapping[str, Array],
     name: str,
     notes: Sequence[str],
@@ -50,8 +50,8 @@ def write(
 
     Parameters
     ----------
-    family, values
-        The material; values as a document has them (`Family.rounded`).
+    stack, values
+        The material; values as a document has them (`LayerStack.rounded`).
     name
         See `material_name`.
     notes
@@ -67,8 +67,8 @@ def write(
         XML, which depends on the arguments alone.
     """
     told = {**_DOCS, **(docs or {})}
-    nodes = [line for part in family.parts for line in _layer(family, values, part, told[part])]
-    joints, top = _joints(family, values)
+    nodes = [line for part in stack.parts for line in _layer(stack, values, part, told[part])]
+    joints, top = _joints(stack, values)
     graph = [
         f'<nodegraph name="NG_{name}">',
         *(_INDENT + line for line in [*nodes, *joints, f'<output name="out" type="BSDF" nodename="{top}" />']),
@@ -90,8 +90,8 @@ def write(
     return f"{head}{body}\n\n</materialx>\n"
 
 
-def _layer(family: Family, values: Mapping[str, Array], part: str, doc: str) -> list[str]:
-    own = {name: values[f"{part}.{name}"] for name in family.inputs(part)}
+def _layer(stack: LayerStack, values: Mapping[str, Array], part: str, doc: str) -> list[str]:
+    own = {name: values[f"{part}.{name}"] for name in stack.inputs(part)}
     inputs: list[Input]
     if part == "diffuse":
         inputs = [("color", "color3", _three(own["color"])), ("roughness", "float", own.get("roughness", np.zeros(1)))]
@@ -100,8 +100,8 @@ def _layer(family: Family, values: Mapping[str, Array], part: str, doc: str) -> 
     if part in ("coat", "haze"):
         inputs = [("weight", "float", values["coat.weight"][:1]), ("ior", "float", np.array([COAT_IOR])), width]
         return _node("dielectric_bsdf", part, "BSDF", [*inputs, _REFLECTS], doc)
-    color0 = family.color0(values, part)
-    color90, exponent = falloff(family, color0, own)
+    color0 = stack.color0(values, part)
+    color90, exponent = falloff(stack, color0, own)
     inputs = [("color0", "color3", color0), ("color90", "color3", color90), ("exponent", "float", np.array([exponent]))]
     if "color82" in own:
         inputs.insert(1, ("color82", "color3", _three(own["color82"])))
@@ -112,11 +112,11 @@ _REFLECTS = ("scatter_mode", "string", "R")
 _RETROREFLECTS = ("retroreflective", "boolean", "true")
 
 
-def _joints(family: Family, values: Mapping[str, Array]) -> tuple[list[str], str]:
+def _joints(stack: LayerStack, values: Mapping[str, Array]) -> tuple[list[str], str]:
     """The nodes that put the layers together, and the name of the last."""
-    parts, lines = list(family.parts), []
+    parts, lines = list(stack.parts), []
     inputs: list[Input]
-    if family.coats == 2:
+    if stack.coats == 2:
         inputs = [("fg", "BSDF", "haze"), ("bg", "BSDF", "coat"), ("mix", "float", values["haze.share"][:1])]
         lines += _node("mix", "surface_layer", "BSDF", inputs, "Gloss and haze of one surface.")
         parts[:2] = ["surface_layer"]

@@ -1,7 +1,7 @@
 """Fitting a material to samples: bounded, robust least squares from many starts, and which layers the data ask for.
 
 What is minimised is the sum of rho(r^2) over the residuals r of `samples.Samples`, with rho(s) = s, or "soft_l1",
-rho(s) = 2 c^2 (sqrt(1 + s / c^2) - 1): squares up to c, absolute values beyond. Families are compared by
+rho(s) = 2 c^2 (sqrt(1 + s / c^2) - 1): squares up to c, absolute values beyond. Layer stacks are compared by
 
     BIC = N ln(S / N) + p ln N            AICc = N ln(S / N) + 2 p N / (N - p - 1)
 
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.fitting.model import Evaluator, Family, albedos
+from mrm_mtlx.fitting.model import Evaluator, LayerStack, albedos
 from mrm_mtlx.fitting.samples import RESIDUALS
 
 if TYPE_CHECKING:
@@ -64,15 +64,15 @@ class FitOptions:
 
 @dataclass(frozen=True)
 class Fit:
-    """A family fitted to samples.
+    """A stack fitted to samples.
 
     Attributes
     ----------
-    family
+    stack
     values
         By parameter, as a document has them.
     errors
-        Standard errors of the free numbers, in the order of `family.parameters`; NaN where a number is at a bound. They
+        Standard errors of the free numbers, in the order of `stack.parameters`; NaN where a number is at a bound. They
         come from the scatter of the residuals alone, as if these were independent.
     correlations : shape (numbers, numbers)
         NaN where a number is at a bound.
@@ -86,7 +86,7 @@ class Fit:
         The number of residuals.
     """
 
-    family: Family
+    stack: LayerStack
     values: dict[str, Array]
     errors: Array
     correlations: Array
@@ -98,7 +98,7 @@ class Fit:
     @property
     def free(self) -> int:
         """The number of free numbers."""
-        return len(self.family.parameters)
+        return len(self.stack.parameters)
 
     @property
     def bic(self) -> float:
@@ -142,7 +142,7 @@ class Selection:
     without
         The final material less each of its layers: what each pays in it.
     agreeing, starts
-        How many of the random starts of the final family ended within a thousandth of the best cost.
+        How many of the random starts of the final stack ended within a thousandth of the best cost.
     """
 
     fit: Fit
@@ -154,17 +154,22 @@ class Selection:
     starts: int
 
 
-def fit_family(
-    family: Family, samples: Samples, options: FitOptions, starts: list[Array] | None = None, *, evaluations: int = 100
+def fit_stack(
+    stack: LayerStack,
+    samples: Samples,
+    options: FitOptions,
+    starts: list[Array] | None = None,
+    *,
+    evaluations: int = 100,
 ) -> Fit:
-    """Fit one family, from given starts (vectors), or from random ones.
+    """Fit one stack, from given starts (vectors), or from random ones.
 
     Raises
     ------
     ValueError
         If there are fewer values than free numbers.
     """
-    best, _ = _search(family, samples, options, starts or _random_starts(family, options), evaluations)
+    best, _ = _search(stack, samples, options, starts or _random_starts(stack, options), evaluations)
     return best
 
 
@@ -172,11 +177,11 @@ def select(
     samples: Samples,
     options: FitOptions,
     *,
-    base: Family | None = None,
+    base: LayerStack | None = None,
     criterion: str = "BIC",
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Selection:
-    """Add layers to a family while the criterion asks for them.
+    """Add layers to a stack while the criterion asks for them.
 
     Parameters
     ----------
@@ -195,14 +200,14 @@ def select(
     few = samples
     if samples.count > _TRIED:
         few = samples.chosen(np.sort(rng.choice(len(samples), _TRIED // samples.value.shape[1], replace=False)))
-    family = base or Family(channels=samples.value.shape[1])
-    current = fit_family(family, samples, options, _grown(None, family))
+    stack = base or LayerStack(channels=samples.value.shape[1])
+    current = fit_stack(stack, samples, options, _grown(None, stack))
     steps, tried = [Step("start", current, 0.0)], 0
     while True:
         found = []
-        known = _search(current.family, few, options, [current.family.vector(current.values)], 5)[0]
-        for what, family in _larger(current.family, samples):
-            fit, _ = _search(family, few, options, _grown(current, family), _ROUGH)
+        known = _search(current.stack, few, options, [current.stack.vector(current.values)], 5)[0]
+        for what, stack in _larger(current.stack, samples):
+            fit, _ = _search(stack, few, options, _grown(current, stack), _ROUGH)
             found.append(Step(what, fit, _criterion(fit, criterion) - _criterion(known, criterion)))
             tried += 1
             progress(tried, _CANDIDATES)
@@ -220,7 +225,7 @@ def select(
     for what, smaller, values in _smaller(final):
         if not 0 < len(smaller.parameters) < final.free:
             continue
-        fit = fit_family(smaller, samples, options, [smaller.vector(values)])
+        fit = fit_stack(smaller, samples, options, [smaller.vector(values)])
         without.append(Step(what, fit, _criterion(final, criterion) - _criterion(fit, criterion)))
     progress(_CANDIDATES, _CANDIDATES)
     return Selection(final, criterion, steps, refused, without, agreeing, options.starts)
@@ -233,15 +238,15 @@ _MOST_COATS, _MOST_LOBES = 2, 2
 
 def _confirmed(step: Step, current: Fit, samples: Samples, options: FitOptions, criterion: str) -> Step:
     """A step that was tried on a few samples, with all of them."""
-    family = step.fit.family
-    fit = fit_family(family, samples, options, [family.vector(step.fit.values)])
+    stack = step.fit.stack
+    fit = fit_stack(stack, samples, options, [stack.vector(step.fit.values)])
     return Step(step.what, fit, _criterion(fit, criterion) - _criterion(current, criterion))
 
 
 def warnings(fit: Fit, samples: Samples) -> list[str]:
     """Gaps in the data: numbers at their bounds, numbers that cannot be told apart, and lobes without samples."""
     found = []
-    parameters = fit.family.parameters
+    parameters = fit.stack.parameters
     if fit.count == fit.free:
         found.append(f"as many numbers as values, {fit.free}: nothing is left to judge the fit by")
     for i, parameter in enumerate(parameters):
@@ -257,12 +262,12 @@ def warnings(fit: Fit, samples: Samples) -> list[str]:
                     f"{parameters[k].label} and {parameter.label} cannot be told apart by these data: "
                     f"correlation {together:.3f}"
                 )
-    for part in fit.family.parts:
+    for part in fit.stack.parts:
         if part == "diffuse" or samples.weights is not None:
             continue
         alpha = float(fit.values[f"{part}.alpha"][0])
         inside = _within_lobe(samples, alpha, mirror=part in ("coat", "haze"))
-        if inside < 3 and f"{part}.alpha" not in fit.family.fixed:
+        if inside < 3 and f"{part}.alpha" not in fit.stack.fixed:
             found.append(f"{part}: {inside} samples are within the width of this lobe, alpha {alpha:.3g}")
     return found
 
@@ -274,8 +279,10 @@ def _within_lobe(samples: Samples, alpha: float, *, mirror: bool) -> int:
     return int(np.count_nonzero(np.hypot(h[:, 0], h[:, 1]) <= alpha * h[:, 2]))
 
 
-def coefficient_family(samples: Samples, tint: tuple[float, float, float], base: tuple[float, float, float]) -> Family:
-    """The family that coefficients of retroreflection can tell: one lobe over a base that is given.
+def coefficient_stack(
+    samples: Samples, tint: tuple[float, float, float], base: tuple[float, float, float]
+) -> LayerStack:
+    """The stack that coefficients of retroreflection can tell: one lobe over a base that is given.
 
     The width is free where there are two observation angles, the fall-off where there are two entrance angles and a
     number to spare; else they have the values of `USUAL`.
@@ -286,35 +293,35 @@ def coefficient_family(samples: Samples, tint: tuple[float, float, float], base:
         "exponent": np.ptp(samples.l[:, 2]) > 1e-2 and samples.count > 2,
     }
     fixed = {f"{lobe}.{name}": USUAL[name] for lobe in ("lobe", "lobe2") for name in free if not free[name]}
-    return Family(lobes=1, falling=True, tint=tint, fixed={**fixed, "diffuse.color": base})
+    return LayerStack(lobes=1, falling=True, tint=tint, fixed={**fixed, "diffuse.color": base})
 
 
 # What a few coefficients do not tell: the width and fall-off of prismatic tape.
 USUAL = {"alpha": (0.005,), "exponent": (0.5,)}
 
 
-def _larger(family: Family, samples: Samples) -> list[tuple[str, Family]]:
-    """Families with one thing more, and what that is; coefficients can only tell retroreflective lobes."""
+def _larger(stack: LayerStack, samples: Samples) -> list[tuple[str, LayerStack]]:
+    """Layer stacks with one thing more, and what that is; coefficients can only tell retroreflective lobes."""
     found = []
     if samples.weights is not None:
-        second = replace(family, lobes=family.lobes + 1)
-        enough = family.lobes < _MOST_LOBES and samples.count > len(second.parameters) + 1
+        second = replace(stack, lobes=stack.lobes + 1)
+        enough = stack.lobes < _MOST_LOBES and samples.count > len(second.parameters) + 1
         return [("second retroreflective lobe", second)] if enough else []
-    if family.coats < _MOST_COATS:
-        what = "haze of the coat" if family.coats else "clear coat"
-        found.append((what, replace(family, coats=family.coats + 1)))
-    if family.lobes < _MOST_LOBES:
-        what = "second retroreflective lobe" if family.lobes else "retroreflective lobe"
-        found.append((what, replace(family, lobes=family.lobes + 1)))
-    if family.lobes and not family.falling:
-        found.append(("fall-off with the entrance angle", replace(family, falling=True)))
-    if family.diffuse and not family.rough and "diffuse.color" not in family.fixed:
-        found.append(("roughness of the base", replace(family, rough=True)))
+    if stack.coats < _MOST_COATS:
+        what = "haze of the coat" if stack.coats else "clear coat"
+        found.append((what, replace(stack, coats=stack.coats + 1)))
+    if stack.lobes < _MOST_LOBES:
+        what = "second retroreflective lobe" if stack.lobes else "retroreflective lobe"
+        found.append((what, replace(stack, lobes=stack.lobes + 1)))
+    if stack.lobes and not stack.falling:
+        found.append(("fall-off with the entrance angle", replace(stack, falling=True)))
+    if stack.diffuse and not stack.rough and "diffuse.color" not in stack.fixed:
+        found.append(("roughness of the base", replace(stack, rough=True)))
     # What has more numbers than there are values cannot be fitted.
     return [(what, larger) for what, larger in found if len(larger.parameters) < samples.count]
 
 
-# Starts of what is new in a family.
+# Starts of what is new in a stack.
 _NEW = {
     "weight": (0.5,),
     "share": (0.3,),
@@ -327,82 +334,80 @@ _NEW = {
 }
 
 
-def _grown(fit: Fit | None, family: Family) -> list[Array]:
-    """Starts of a larger family: what is known, and each of a few values for what is new."""
+def _grown(fit: Fit | None, stack: LayerStack) -> list[Array]:
+    """Starts of a larger stack: what is known, and each of a few values for what is new."""
     known = fit.values if fit else {}
     combinations: list[dict[str, Array]] = [{}]
-    for parameter in family.parameters:
+    for parameter in stack.parameters:
         if parameter.name in known or parameter.channel > 0:
             continue
         options = _NEW[parameter.name.partition(".")[2]]
         combinations = [
-            {**one, parameter.name: np.full(family.channels, option)} for one in combinations for option in options
+            {**one, parameter.name: np.full(stack.channels, option)} for one in combinations for option in options
         ]
-    return [family.vector({**known, **one}) for one in combinations[:8]]
+    return [stack.vector({**known, **one}) for one in combinations[:8]]
 
 
-def _smaller(fit: Fit) -> list[tuple[str, Family, dict[str, Array]]]:
-    """Families with one thing less, what that is, and where to begin."""
-    family, values = fit.family, fit.values
+def _smaller(fit: Fit) -> list[tuple[str, LayerStack, dict[str, Array]]]:
+    """Layer stacks with one thing less, what that is, and where to begin."""
+    stack, values = fit.stack, fit.values
     found = []
-    if family.coats:
-        what = "haze of the coat" if family.coats == 2 else "clear coat"
-        found.append((what, replace(family, coats=family.coats - 1), values))
-    if family.lobes == 2:
-        found.append(("second retroreflective lobe", replace(family, lobes=1), values))
-    elif family.lobes:
-        found.append(("retroreflective lobe", replace(family, lobes=0, falling=False), values))
-    if family.falling:
-        found.append(("fall-off with the entrance angle", replace(family, falling=False), values))
-    if family.rough:
-        found.append(("roughness of the base", replace(family, rough=False), values))
-    if family.diffuse and family.parts != ["diffuse"]:
-        found.append(("diffuse base", replace(family, diffuse=False, rough=False), values))
+    if stack.coats:
+        what = "haze of the coat" if stack.coats == 2 else "clear coat"
+        found.append((what, replace(stack, coats=stack.coats - 1), values))
+    if stack.lobes == 2:
+        found.append(("second retroreflective lobe", replace(stack, lobes=1), values))
+    elif stack.lobes:
+        found.append(("retroreflective lobe", replace(stack, lobes=0, falling=False), values))
+    if stack.falling:
+        found.append(("fall-off with the entrance angle", replace(stack, falling=False), values))
+    if stack.rough:
+        found.append(("roughness of the base", replace(stack, rough=False), values))
+    if stack.diffuse and stack.parts != ["diffuse"]:
+        found.append(("diffuse base", replace(stack, diffuse=False, rough=False), values))
     return found
 
 
 def _again(current: Fit, few: Samples, samples: Samples, options: FitOptions) -> tuple[Fit, int]:
-    """The final family from random starts as well, and how many of them agree with the best."""
-    starts = _random_starts(current.family, options)
-    known = current.family.vector(current.values)
-    best, costs = _search(current.family, few, options, [known, *starts], 30)
+    """The final stack from random starts as well, and how many of them agree with the best."""
+    starts = _random_starts(current.stack, options)
+    known = current.stack.vector(current.values)
+    best, costs = _search(current.stack, few, options, [known, *starts], 30)
     agreeing = int(np.sum(np.array(costs[1:]) <= min(costs) * 1.001))
-    vector = current.family.vector(best.values)
-    fit = fit_family(current.family, samples, options, [known, vector])
+    vector = current.stack.vector(best.values)
+    fit = fit_stack(current.stack, samples, options, [known, vector])
     return fit, agreeing
 
 
-def _random_starts(family: Family, options: FitOptions) -> list[Array]:
+def _random_starts(stack: LayerStack, options: FitOptions) -> list[Array]:
     """Vectors within the bounds, the same for the same seed."""
-    rng = np.random.default_rng([options.seed, len(family.parameters)])
-    lower, upper = family.bounds()
+    rng = np.random.default_rng([options.seed, len(stack.parameters)])
+    lower, upper = stack.bounds()
     return [lower + (upper - lower) * u for u in 0.05 + 0.9 * rng.random((options.starts, len(lower)))]
 
 
 def _search(
-    family: Family, samples: Samples, options: FitOptions, starts: list[Array], evaluations: int
+    stack: LayerStack, samples: Samples, options: FitOptions, starts: list[Array], evaluations: int
 ) -> tuple[Fit, list[float]]:
     """The best of least squares from all starts, and the cost of each."""
     from scipy.optimize import least_squares
 
-    if samples.count < len(family.parameters):
-        msg = (
-            f"{samples.count} values cannot tell {len(family.parameters)} parameters; expected at least as many values"
-        )
+    if samples.count < len(stack.parameters):
+        msg = f"{samples.count} values cannot tell {len(stack.parameters)} parameters; expected at least as many values"
         raise ValueError(msg)
-    problem = _Problem(family, samples)
+    problem = _Problem(stack, samples)
     scale = options.scale_for(samples)
     # The exact solver decomposes the whole Jacobian at each step, which takes longer than everything else.
-    solver = "lsmr" if len(family.parameters) > 1 else "exact"
+    solver = "lsmr" if len(stack.parameters) > 1 else "exact"
     results: list[Any] = []
     for start in starts:
-        inside = np.clip(start, *(_inside(*family.bounds())))
+        inside = np.clip(start, *(_inside(*stack.bounds())))
         results.append(
             least_squares(
                 problem.residuals,
                 inside,
                 problem.jacobian,
-                bounds=family.bounds(),
+                bounds=stack.bounds(),
                 loss=options.loss,
                 f_scale=scale,
                 x_scale="jac",
@@ -413,7 +418,7 @@ def _search(
             )
         )
     best = min(results, key=lambda result: float(result.cost))
-    return _finished(family, samples, problem, best), [float(result.cost) for result in results]
+    return _finished(stack, samples, problem, best), [float(result.cost) for result in results]
 
 
 def _inside(lower: Array, upper: Array) -> tuple[Array, Array]:
@@ -425,11 +430,11 @@ def _inside(lower: Array, upper: Array) -> tuple[Array, Array]:
 class _Problem:
     """Residuals and their derivatives, the last of each kept: the search asks for both at the same place."""
 
-    def __init__(self, family: Family, samples: Samples) -> None:
-        self._family, self._samples = family, samples
-        self._evaluator = Evaluator(family, samples.v, samples.l)
+    def __init__(self, stack: LayerStack, samples: Samples) -> None:
+        self._family, self._samples = stack, samples
+        self._evaluator = Evaluator(stack, samples.v, samples.l)
         # Layers share out grey light; of coloured, a channel could be given more than it has.
-        self._colored = family.channels == 3 or family.tint != (1.0, 1.0, 1.0)
+        self._colored = stack.channels == 3 or stack.tint != (1.0, 1.0, 1.0)
 
     def residuals(self, vector: Array) -> Array:
         values = self._family.values(vector)
@@ -451,14 +456,14 @@ class _Problem:
         return _ENERGY * np.ravel(np.maximum(found - 1.0, 0.0))
 
 
-def _finished(family: Family, samples: Samples, problem: _Problem, result: Any) -> Fit:
+def _finished(stack: LayerStack, samples: Samples, problem: _Problem, result: Any) -> Fit:
     """A result with its numbers as a document has them, and what they are worth."""
-    values = family.rounded(family.ordered(family.snapped(family.values(result.x))))
-    vector = family.vector(values)
+    values = stack.rounded(stack.ordered(stack.snapped(stack.values(result.x))))
+    vector = stack.vector(values)
     r = problem.residuals(vector)[: samples.count]
-    errors, correlations = _uncertainties(family, vector, values, result, samples.count, problem)
+    errors, correlations = _uncertainties(stack, vector, values, result, samples.count, problem)
     return Fit(
-        family,
+        stack,
         values,
         errors,
         correlations,
@@ -470,10 +475,10 @@ def _finished(family: Family, samples: Samples, problem: _Problem, result: Any) 
 
 
 def _uncertainties(
-    family: Family, vector: Array, values: Mapping[str, Array], result: Any, count: int, problem: _Problem
+    stack: LayerStack, vector: Array, values: Mapping[str, Array], result: Any, count: int, problem: _Problem
 ) -> tuple[Array, Array]:
     """Standard errors and correlations from the Jacobian, cov = s^2 (J^T J)^-1 with s^2 = S / (N - p)."""
-    parameters = family.parameters
+    parameters = stack.parameters
     numbers = [values[p.name][max(p.channel, 0)] for p in parameters]
     free = np.array([x not in (p.lower, p.upper) for p, x in zip(parameters, numbers, strict=True)], dtype=bool)
     errors = np.full(len(parameters), np.nan)

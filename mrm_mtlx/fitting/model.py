@@ -73,7 +73,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Family:
+class LayerStack:
     """The layers of a material, and the choice of its free numbers.
 
     Attributes
@@ -188,18 +188,18 @@ def _within(parameter: Parameter, value: float) -> float:
 
 
 class Evaluator:
-    """A family under given directions.
+    """A stack under given directions.
 
     Parameters
     ----------
-    family
+    stack
         What is evaluated.
     v, l : shape (samples, 3)
         Unit, above the surface, in the local frame.
     """
 
-    def __init__(self, family: Family, v: Array, l: Array) -> None:
-        self.family = family
+    def __init__(self, stack: LayerStack, v: Array, l: Array) -> None:
+        self.stack = stack
         self._light = Light(np.ascontiguousarray(v.T), np.ascontiguousarray(l.T))
         self._cosine = l[:, 2]
 
@@ -212,16 +212,16 @@ class Evaluator:
 
         Differences of one layer at a time, with the others kept.
         """
-        values, parts = self.family.values(vector), self.family.parts
+        values, parts = self.stack.values(vector), self.stack.parts
         layers = self._layers(values)
         f = self._f(layers, values)
         slopes = np.empty((*f.shape, len(vector)))
-        lower, upper = self.family.bounds()
-        for i, parameter in enumerate(self.family.parameters):
+        lower, upper = self.stack.bounds()
+        for i, parameter in enumerate(self.stack.parameters):
             step = _STEP if vector[i] + _STEP <= upper[i] or vector[i] - _STEP < lower[i] else -_STEP
             moved = vector.copy()
             moved[i] += step
-            there = self.family.values(moved)
+            there = self.stack.values(moved)
             own = parameter.name.partition(".")[0]
             changed = _SHARED.get(parameter.name, (own,))
             at = [self._layer(p, there) if p in changed else known for p, known in zip(parts, layers, strict=True)]
@@ -229,26 +229,26 @@ class Evaluator:
         return f, slopes
 
     def _layers(self, values: Mapping[str, Array]) -> list[Closure]:
-        return [self._layer(part, values) for part in self.family.parts]
+        return [self._layer(part, values) for part in self.stack.parts]
 
     def _f(self, layers: list[Closure], values: Mapping[str, Array]) -> Array:
-        if self.family.coats == 2:
+        if self.stack.coats == 2:
             layers = [mix(layers[1], layers[0], values["haze.share"]), *layers[2:]]
         whole = reduce(lambda base, top: layer(top, base), reversed(layers))
         return np.broadcast_to(whole.response / self._cosine, (3, len(self._cosine))).T
 
     def _layer(self, part: str, values: Mapping[str, Array]) -> Closure:
-        own = {name: values[f"{part}.{name}"] for name in self.family.inputs(part)}
+        own = {name: values[f"{part}.{name}"] for name in self.stack.inputs(part)}
         if part == "diffuse":
             rough = own.get("roughness", np.zeros(1))[0]
             return oren_nayar(self._light, np.array(1.0), _color(own["color"]), rough, _NORMAL, np.array(False))
         if part in ("coat", "haze"):
             own["weight"] = values["coat.weight"]
             return dielectric(self._light, _facets(own, False), np.ones((3, 1)), np.array(COAT_IOR))
-        color0 = _color(self.family.color0(values, part))
+        color0 = _color(self.stack.color0(values, part))
         tint = _color(own.get("color82", np.ones(1)))
         facets = _facets(own, True)
-        color90, exponent = falloff(self.family, color0, own)
+        color90, exponent = falloff(self.stack, color0, own)
         return generalized_schlick(self._light, facets, color0, tint, color90, np.array(exponent))
 
 
@@ -258,30 +258,30 @@ _SHARED: dict[str, tuple[str, ...]] = {"coat.weight": ("coat", "haze"), "haze.sh
 _STEP = 1e-7
 
 
-def falloff(family: Family, color0: Array, inputs: Mapping[str, Array]) -> tuple[Array, float]:
+def falloff(stack: LayerStack, color0: Array, inputs: Mapping[str, Array]) -> tuple[Array, float]:
     """color90 and exponent of a lobe."""
-    if family.falling:
+    if stack.falling:
         return np.zeros_like(color0), float(inputs["exponent"][0])
-    return (np.ones_like(color0) if family.paper else color0), 5.0
+    return (np.ones_like(color0) if stack.paper else color0), 5.0
 
 
-def albedos(family: Family, values: Mapping[str, Array], cos_v: Array) -> Array:
+def albedos(stack: LayerStack, values: Mapping[str, Array], cos_v: Array) -> Array:
     """Directional albedo of each channel by the albedos that MaterialX's layers use, shape (angles, 3).
 
     It is that of level lobes; a falling lobe reflects less.
     """
     total, through = np.zeros((len(cos_v), 3)), np.ones((len(cos_v), 1))
     albedo_factors = versions.installed().microfacet_albedo.factors
-    if family.coats:
+    if stack.coats:
         a, b = albedo_factors(cos_v, values["coat.alpha"][0])  # the haze has much the same albedo
         total = total + values["coat.weight"][0] * (a * reflectance_at_normal(COAT_IOR) + b)[:, None]
         through = 1.0 - total[:, :1]
-    for part in (part for part in family.parts if part.startswith("lobe")):
+    for part in (part for part in stack.parts if part.startswith("lobe")):
         a, b = albedo_factors(cos_v, values[f"{part}.alpha"][0])
-        share = (a + b)[:, None] * family.color0(values, part)
+        share = (a + b)[:, None] * stack.color0(values, part)
         total = total + through * share
         through = through * (1.0 - share.mean(axis=1, keepdims=True))
-    return total + through * _color(values["diffuse.color"]).T if family.diffuse else total
+    return total + through * _color(values["diffuse.color"]).T if stack.diffuse else total
 
 
 def _color(value: Array) -> Array:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.fitting.model import NARROWEST, Evaluator, Family, albedos
+from mrm_mtlx.fitting.model import NARROWEST, Evaluator, LayerStack, albedos
 from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.color import luminance, to_xyz
@@ -75,14 +75,14 @@ class Make:
 class Met:
     """A material that meets a class: its parameters as a document has them, and its values over the minima."""
 
-    family: Family
+    stack: LayerStack
     values: dict[str, Array]
     ratios: Array
 
     @property
     def share(self) -> float:
         """Share that the lobes return within 2 degrees at normal incidence; brightest channel, without a face."""
-        return _share(self.family, self.values)
+        return _share(self.stack, self.values)
 
 
 def meet(limits: Sequence[Limit], make: Make, margin: float = MARGIN) -> Met:
@@ -107,12 +107,12 @@ class _Problem:
     """One class and a number of lobes; what is free are logarithms of its numbers."""
 
     def __init__(self, limits: Sequence[Limit], make: Make, lobes: int, margin: float) -> None:
-        self.family = Family(coats=int(make.face_alpha is not None), lobes=lobes, falling=True, channels=3)
+        self.stack = LayerStack(coats=int(make.face_alpha is not None), lobes=lobes, falling=True, channels=3)
         self._make, self._ceiling = make, CEILINGS[make.construction]
         geometries = np.deg2rad([(limit.observation_deg, limit.beta1_deg, limit.beta2_deg) for limit in limits])
         directions = goniometer.directions(*geometries.T)
-        self._model = Evaluator(self.family, *directions)
-        self._face = Evaluator(replace(self.family, lobes=0, diffuse=False), *directions)
+        self._model = Evaluator(self.stack, *directions)
+        self._face = Evaluator(replace(self.stack, lobes=0, diffuse=False), *directions)
         # What a BRDF of 1 measures is the factor between f and the quantity of each minimum.
         options = PhotometryOptions(rotations_deg=(0.0,), area_cm2=make.area_cm2)
         cells = measure(lambda v, l: np.ones(np.broadcast_shapes(v.shape, l.shape)), limits, options).cells
@@ -126,7 +126,7 @@ class _Problem:
         """The closest from above, of searches from several starts; None if none meets the class below the ceiling."""
         from scipy.optimize import minimize
 
-        bounds = np.log([self._exponents, *[self._widths, _HEIGHTS] * self.family.lobes])
+        bounds = np.log([self._exponents, *[self._widths, _HEIGHTS] * self.stack.lobes])
         above = {"type": "ineq", "fun": self._room}
         options = {"ftol": 1e-9, "maxiter": 100}
         results = [
@@ -137,20 +137,20 @@ class _Problem:
         if not feasible:
             return None
         best = min(feasible, key=lambda result: float(result.fun))
-        values = self.family.rounded(self._as_high_as_needed(self._values(best.x)))
-        return Met(self.family, values, self.ratios(values))
+        values = self.stack.rounded(self._as_high_as_needed(self._values(best.x)))
+        return Met(self.stack, values, self.ratios(values))
 
     def ratios(self, values: dict[str, Array]) -> Array:
         """Values over the minima with their margin."""
         f = self._model.eval(values)
-        if self.family.coats:
+        if self.stack.coats:
             f = f - self._face.eval(values)
         return np.asarray(luminance(f) * self._factor / self._wanted)
 
     def _starts(self) -> list[Array]:
         """Vectors of the exponent, and of width and height of each lobe."""
         lobes = [[(0.0035, 0.1)], [(0.006, 0.2)], [(0.015, 0.3)]]
-        if self.family.lobes == 2:
+        if self.stack.lobes == 2:
             lobes = [[first[0], (4.0 * first[0][0], first[0][1])] for first in lobes]
         return [np.log([e, *np.ravel(lobe)]) for lobe in lobes for e in (0.4, 1.0)]
 
@@ -170,7 +170,7 @@ class _Problem:
     def _room(self, x: Array) -> Array:
         """Logarithms: how far each value is above its minimum, and at the end the share below its ceiling."""
         values = self._values(x)
-        share = np.log(_SLACK * self._ceiling / _share(self.family, values))
+        share = np.log(_SLACK * self._ceiling / _share(self.stack, values))
         return np.append(np.log(self.ratios(values)), share)
 
     def _as_high_as_needed(self, values: dict[str, Array]) -> dict[str, Array]:
@@ -189,10 +189,10 @@ _MISSED, _SLACK = 1e-3, 0.998
 _HEIGHTS = (1e-4, 1.0)
 
 
-def _share(family: Family, values: dict[str, Array]) -> float:
+def _share(stack: LayerStack, values: dict[str, Array]) -> float:
     """A bound of it: layers let less through than everything."""
     t2 = np.tan(0.5 * WITHIN) ** 2
-    lobes = [part for part in family.parts if part.startswith("lobe")]
+    lobes = [part for part in stack.parts if part.startswith("lobe")]
     shares = [values[f"{lobe}.color0"] * t2 / (values[f"{lobe}.alpha"] ** 2 + t2) for lobe in lobes]
     return float(np.max(np.sum(shares, axis=0)))
 
@@ -202,14 +202,14 @@ def _with_day_color(problem: _Problem, found: Met, make: Make) -> Met:
     x, y, factor = make.day
     wanted = np.linalg.solve(to_xyz("D65"), factor * np.array([x / y, 1.0, (1.0 - x - y) / y])) / np.pi
     v, l = (part[None] for part in goniometer.directions(*_DAY))
-    model = Evaluator(found.family, v, l)
+    model = Evaluator(found.stack, v, l)
     black, white = (model.eval(found.values | {"diffuse.color": np.full(3, c)})[0] for c in (0.0, 1.0))
     color = (wanted - black) / (white - black)
-    values = found.family.rounded(found.values | {"diffuse.color": color})
+    values = found.stack.rounded(found.values | {"diffuse.color": color})
     if not np.all((color >= 0.0) & (color <= 1.0)):
         msg = f"the base would need the colour {', '.join(f'{c:.3f}' for c in color)} for x {x}, y {y}, Y {factor}"
         raise ValueError(msg)
-    if (most := float(np.max(albedos(found.family, values, np.cos(np.deg2rad([0.0, 60.0, 75.0, 85.0])))))) > 1.0:
+    if (most := float(np.max(albedos(found.stack, values, np.cos(np.deg2rad([0.0, 60.0, 75.0, 85.0])))))) > 1.0:
         msg = f"the material would reflect {most:.3f} of the light"
         raise ValueError(msg)
-    return Met(found.family, values, problem.ratios(values))
+    return Met(found.stack, values, problem.ratios(values))

@@ -34,7 +34,7 @@ class FitReport:
     samples, options
     fit
     selection
-        How it was chosen; None where the family was given.
+        How it was chosen; None where the stack was given.
     warnings
     """
 
@@ -61,7 +61,7 @@ class FitReport:
 
     def rows(self) -> list[dict[str, Any]]:
         """Free numbers, then given ones."""
-        family, values = self.fit.family, self.fit.values
+        stack, values = self.fit.stack, self.fit.values
         found = [
             {
                 "name": p.label,
@@ -69,11 +69,11 @@ class FitReport:
                 "error": float(e) if np.isfinite(e) else None,
                 "free": True,
             }
-            for p, e in zip(family.parameters, self.fit.errors, strict=True)
+            for p, e in zip(stack.parameters, self.fit.errors, strict=True)
         ]
-        for name, value in family.fixed.items():
+        for name, value in stack.fixed.items():
             part = name.partition(".")[0]
-            if part in family.parts:
+            if part in stack.parts:
                 for label, x in zip(_labels(name, len(value)), value, strict=True):
                     found.append({"name": label, "value": float(x), "error": None, "free": False})
         return found
@@ -114,7 +114,7 @@ class FitReport:
         """The quantity of the fitted material at the samples."""
         from mrm_mtlx.fitting.model import Evaluator
 
-        evaluator = Evaluator(self.fit.family, self.samples.v, self.samples.l)
+        evaluator = Evaluator(self.fit.stack, self.samples.v, self.samples.l)
         return self.samples.modelled(evaluator.eval(self.fit.values))
 
     def to_json(self, versions: dict[str, str], output: str) -> dict[str, Any]:

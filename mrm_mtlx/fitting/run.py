@@ -1,4 +1,4 @@
-"""Fits from measured data to a report: the samples, the family that they ask for, and what is to be said of it."""
+"""Fits from measured data to a report: the samples, the stack that they ask for, and what is to be said of it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.fitting.fit import FitOptions, coefficient_family, fit_family, select, warnings
-from mrm_mtlx.fitting.model import Family
+from mrm_mtlx.fitting.fit import FitOptions, coefficient_stack, fit_stack, select, warnings
+from mrm_mtlx.fitting.model import LayerStack
 from mrm_mtlx.fitting.report import FitReport
 from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
 
@@ -71,8 +71,8 @@ def fit_measurement(
     )
     selection = None
     if criterion is None:
-        family = Family(lobes=1, diffuse=False, paper=True, channels=samples.value.shape[1])
-        found = fit_family(family, samples, options)
+        stack = LayerStack(lobes=1, diffuse=False, paper=True, channels=samples.value.shape[1])
+        found = fit_stack(stack, samples, options)
     else:
         selection = select(samples, options, criterion=criterion, progress=progress)
         found = selection.fit
@@ -97,8 +97,8 @@ def fit_coefficients(
         If they cannot be fitted.
     """
     samples = from_coefficients(measured)
-    family = coefficient_family(samples, tint, base)
-    selection = select(samples, options, base=family, criterion=criterion, progress=progress)
+    stack = coefficient_stack(samples, tint, base)
+    selection = select(samples, options, base=stack, criterion=criterion, progress=progress)
     if not math.isfinite(selection.fit.rms):
         msg = f"no lobe returns as little as {measured.ra.min():g} cd/(lx m2); is the unit right?"
         raise ValueError(msg)

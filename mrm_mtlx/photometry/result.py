@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.photometry import forms
-from mrm_mtlx.photometry.forms import plural
+from mrm_mtlx.photometry import formatting
+from mrm_mtlx.photometry.formatting import plural
 from mrm_mtlx.system.shown import Shown
 from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
-    from mrm_mtlx.photometry.forms import DocumentReport
+    from mrm_mtlx.photometry.formatting import DocumentReport
     from mrm_mtlx.photometry.report import PhotometryOptions, SurfaceReport
     from mrm_mtlx.standards.tables import Box, Limit
 
@@ -73,18 +73,18 @@ class PhotometryReport(Shown):
 
     def report(self) -> str:
         """Tables of each surface, and the verdict."""
-        lines = [*forms.heading(self.limits, self.options), ""]
+        lines = [*formatting.heading(self.limits, self.options), ""]
         for document in self.documents:
             lines.append(printable(document.path) + (": not measured" if document.left_out else ""))
             for name, surface in document.surfaces.items():
-                lines += [f"  /{printable(name)}", *forms.surface_lines(surface)]
+                lines += [f"  /{printable(name)}", *formatting.surface_lines(surface)]
             lines.append("")
         return "\n".join([*lines, self.verdict()])
 
     def to_json(self) -> str:
         """The report by docs/photometry.schema.json."""
         passed = self.outcome is Outcome.MET
-        return forms.to_json(self.documents, self.limits, self.options, passed=passed)
+        return formatting.to_json(self.documents, self.limits, self.options, passed=passed)
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,8 +96,8 @@ class StandardsReport(Shown):
 
     def report(self) -> str:
         """The standards and their classes, a line each; and what is missing."""
-        return forms.list_text()
+        return formatting.list_text()
 
     def to_json(self) -> str:
         """All of it as JSON."""
-        return forms.list_json()
+        return formatting.list_json()

@@ -10,7 +10,7 @@ import MaterialX as mx
 import numpy as np
 import pytest
 
-from mrm_mtlx.fitting.model import Evaluator, Family
+from mrm_mtlx.fitting.model import Evaluator, LayerStack
 from mrm_mtlx.measured import read
 from mrm_mtlx.photometry import coefficient, document_brdf, luminance
 
@@ -25,7 +25,7 @@ def table() -> str:
     v = np.stack([np.sin(theta_v) * np.cos(dphi), np.sin(theta_v) * np.sin(dphi), np.cos(theta_v)], axis=1)
     l = np.stack([np.sin(theta_l), 0.0 * theta_l, np.cos(theta_l)], axis=1)
     values = {"lobe.color0": 0.2, "lobe.alpha": 0.08, "diffuse.color": 0.4}
-    f = Evaluator(Family(lobes=1), v, l).eval({name: np.array([value]) for name, value in values.items()})[:, 0]
+    f = Evaluator(LayerStack(lobes=1), v, l).eval({name: np.array([value]) for name, value in values.items()})[:, 0]
     rows = "".join(f"{a}, {b}, {c}, {x:.6g}\n" for (a, b, c), x in zip(angles, f, strict=True))
     return f"# name: a tape\n{HEADER}{rows}"
 
@@ -175,7 +175,7 @@ def test_the_commands_of_the_page_run(in_process, gl, page_commands, tmp_path, t
         if arguments[0] == "render":
             arguments = [*arguments, "--size", "32"]
         elif "retro_3m_yellow.dat" in arguments and "--model" not in arguments:
-            arguments = [*arguments, "--model", "paper"]  # one family in place of twenty
+            arguments = [*arguments, "--model", "paper"]  # one stack in place of twenty
         done = in_process(*arguments)
         assert done.exit_code == 0, (arguments, done.stderr)
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")

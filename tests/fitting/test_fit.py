@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.fitting import fit as fitting
-from mrm_mtlx.fitting.fit import FitOptions, coefficient_family, fit_family, select, warnings
-from mrm_mtlx.fitting.model import Evaluator, Family
+from mrm_mtlx.fitting.fit import FitOptions, coefficient_stack, fit_stack, select, warnings
+from mrm_mtlx.fitting.model import Evaluator, LayerStack
 from mrm_mtlx.fitting.samples import MAXIMUM, directions, doubts, from_coefficients, from_measurement, reciprocity
 from mrm_mtlx.measured import CoefficientSamples, Measurement, read
 
-TAPE = Family(coats=1, lobes=1, falling=True)
+TAPE = LayerStack(coats=1, lobes=1, falling=True)
 # A tape: film, a lobe of eight degrees, base.
 VALUES = {
     "coat.weight": np.array([0.8]),
@@ -52,7 +52,7 @@ def noisy(samples, rng, amount=0.03):
 
 
 def number(fit, label):
-    (i,) = (i for i, p in enumerate(fit.family.parameters) if p.label == label)
+    (i,) = (i for i, p in enumerate(fit.stack.parameters) if p.label == label)
     return float(fit.values[label][0]), float(fit.errors[i])
 
 
@@ -63,7 +63,7 @@ START = [np.array([0.5, np.log(0.1), 0.3, np.log(0.1), 0.0, 0.5])]
 @pytest.mark.parametrize("residual", ["log", "root", "linear"])
 def test_parameters_of_exact_data_are_recovered(measured, residual, loss):
     samples = from_measurement(measured, residual=residual)
-    fit = fit_family(TAPE, samples, FitOptions(loss=loss), START)
+    fit = fit_stack(TAPE, samples, FitOptions(loss=loss), START)
     for name, value in VALUES.items():
         # A search ends when the cost moves by 1e-7 of itself, which here is next to nothing; six digits are written.
         assert fit.values[name][0] == pytest.approx(value[0], rel=1e-3), name
@@ -75,7 +75,7 @@ def test_parameters_of_noisy_data_lie_within_their_stated_errors(samples, rng, s
     repeats = 8
     scores = []
     for _ in range(repeats):
-        fit = fit_family(TAPE, noisy(samples, rng), FitOptions(), START)
+        fit = fit_stack(TAPE, noisy(samples, rng), FitOptions(), START)
         scores.append([(fit.values[name][0] - VALUES[name][0]) / number(fit, name)[1] for name in VALUES])
     # Errors of the parameters are correlated; each by itself over the repeats is not.
     level = significance.level(2 * len(VALUES))
@@ -85,7 +85,7 @@ def test_parameters_of_noisy_data_lie_within_their_stated_errors(samples, rng, s
 
 
 def test_errors_that_are_stated_too_small_would_be_seen(samples, rng):
-    fit = fit_family(TAPE, noisy(samples, rng), FitOptions(), START)
+    fit = fit_stack(TAPE, noisy(samples, rng), FitOptions(), START)
     value, error = number(fit, "lobe.color0")
     # The error is that of the noise: some 3 % over the root of the samples that the lobe has, ten to a thousand.
     assert 0.03 / np.sqrt(1000) < error / value < 0.03 / np.sqrt(10)
@@ -93,8 +93,8 @@ def test_errors_that_are_stated_too_small_would_be_seen(samples, rng):
 
 def test_the_data_choose_the_layers_that_they_were_made_with(samples, rng):
     found = select(noisy(samples, rng), FitOptions(starts=1))
-    family = found.fit.family
-    assert (family.coats, family.lobes, family.falling, family.rough, family.diffuse) == (1, 1, True, False, True)
+    stack = found.fit.stack
+    assert (stack.coats, stack.lobes, stack.falling, stack.rough, stack.diffuse) == (1, 1, True, False, True)
     assert [step.what for step in found.steps[1:]].count("fall-off with the entrance angle") == 1
     assert all(step.change < -fitting.DECISIVE for step in [*found.steps[1:], *found.without])
     assert all(step.change > -fitting.DECISIVE for step in found.refused)
@@ -103,7 +103,7 @@ def test_the_data_choose_the_layers_that_they_were_made_with(samples, rng):
 
 def test_the_same_seed_gives_the_same_numbers(samples, rng):
     there = noisy(samples, rng)
-    fits = [fit_family(TAPE, there, FitOptions(seed=3, starts=2)) for _ in range(2)]
+    fits = [fit_stack(TAPE, there, FitOptions(seed=3, starts=2)) for _ in range(2)]
     assert all(np.array_equal(fits[0].values[name], fits[1].values[name]) for name in VALUES)
 
 
@@ -111,7 +111,7 @@ def test_a_robust_loss_shrugs_off_a_few_wild_samples(samples, rng):
     there = noisy(samples, rng)
     wild = rng.choice(len(there), len(there) // 50, replace=False)
     there.value[wild] *= 100.0
-    robust, plain = (fit_family(TAPE, there, FitOptions(loss=loss), START) for loss in ("soft_l1", "linear"))
+    robust, plain = (fit_stack(TAPE, there, FitOptions(loss=loss), START) for loss in ("soft_l1", "linear"))
     off = [abs(fit.values["diffuse.color"][0] / 0.4 - 1.0) for fit in (robust, plain)]
     assert off[0] < 0.5 * off[1]
 
@@ -119,18 +119,18 @@ def test_a_robust_loss_shrugs_off_a_few_wild_samples(samples, rng):
 def test_a_number_that_the_data_cannot_tell_is_reported(measured):
     # Under one light, the height of a lobe and its fall-off with the entrance angle are one number.
     there = from_measurement(measured.chosen(np.abs(measured.theta_l - np.deg2rad(30.0)) < 1e-6))
-    told = warnings(fit_family(TAPE, there, FitOptions(), START), there)
+    told = warnings(fit_stack(TAPE, there, FitOptions(), START), there)
     assert any("lobe.color0 and lobe.exponent cannot be told apart" in line for line in told)
 
 
 def test_what_the_data_can_tell_is_not_reported(samples, rng):
     there = noisy(samples, rng)
-    assert warnings(fit_family(TAPE, there, FitOptions(), START), there) == []
+    assert warnings(fit_stack(TAPE, there, FitOptions(), START), there) == []
 
 
 def test_a_lobe_that_no_sample_is_within_is_reported(samples):
     values = VALUES | {"lobe.alpha": np.array([0.003])}
-    fit = fit_family(TAPE, samples, FitOptions(), START)
+    fit = fit_stack(TAPE, samples, FitOptions(), START)
     missed = samples.chosen(np.linalg.norm(samples.v - samples.l, axis=1) > 0.05)
     assert any(
         line.startswith("lobe: 0 samples are within the width")
@@ -140,7 +140,7 @@ def test_a_lobe_that_no_sample_is_within_is_reported(samples):
 
 def test_fewer_values_than_numbers_are_refused(samples):
     with pytest.raises(ValueError, match="4 values cannot tell 6 parameters"):
-        fit_family(TAPE, samples.chosen(np.arange(4)), FitOptions(), START)
+        fit_stack(TAPE, samples.chosen(np.arange(4)), FitOptions(), START)
 
 
 @pytest.mark.parametrize("channels", [3])
@@ -149,9 +149,9 @@ def test_colours_are_fitted_channel_by_channel(measured, channels):
     f = np.concatenate(
         [Evaluator(TAPE, *directions(measured)).eval(VALUES | _scaled(factor))[:, :1] for factor in factors], axis=1
     )
-    family = replace(TAPE, channels=channels)
-    starts = [family.vector(VALUES | {name: np.repeat(VALUES[name], 3) for name in ("lobe.color0", "diffuse.color")})]
-    fit = fit_family(family, from_measurement(replace(measured, f=f)), FitOptions(), starts)
+    stack = replace(TAPE, channels=channels)
+    starts = [stack.vector(VALUES | {name: np.repeat(VALUES[name], 3) for name in ("lobe.color0", "diffuse.color")})]
+    fit = fit_stack(stack, from_measurement(replace(measured, f=f)), FitOptions(), starts)
     # Layers pass on the mean of the channels; made one by one, the data differ by the share of the others, 0.2 at most.
     np.testing.assert_allclose(fit.values["lobe.color0"] / fit.values["lobe.color0"][0], factors, rtol=0.1)
 
@@ -205,7 +205,7 @@ def test_radians_that_are_called_degrees_are_doubted(measured):
 def test_a_column_on_the_wrong_side_shows_no_retroreflection(measured):
     # The azimuth counted from the mirror's side: the retroreflective peak is taken for a mirror's, and the other way.
     turned = from_measurement(replace(measured, dphi=measured.dphi + np.pi))
-    right, wrong = (fit_family(TAPE, there, FitOptions(), START) for there in (from_measurement(measured), turned))
+    right, wrong = (fit_stack(TAPE, there, FitOptions(), START) for there in (from_measurement(measured), turned))
     assert wrong.rms > 100.0 * right.rms
 
 
@@ -264,12 +264,12 @@ WHITE, GREY = (1.0, 1.0, 1.0), (0.5, 0.5, 0.5)
 @pytest.mark.parametrize("tint", [WHITE, (1.0, 0.1, 0.0)])
 def test_two_coefficients_are_met_exactly(tint):
     samples = from_coefficients(coefficients((0.2, -4.0, 250.0), (0.5, -4.0, 65.0)))
-    family = coefficient_family(samples, tint, GREY)
-    assert [p.label for p in family.parameters] == ["lobe.color0", "lobe.alpha"]
-    fit = select(samples, FitOptions(loss="linear", starts=1), base=family, criterion="AICc").fit
+    stack = coefficient_stack(samples, tint, GREY)
+    assert [p.label for p in stack.parameters] == ["lobe.color0", "lobe.alpha"]
+    fit = select(samples, FitOptions(loss="linear", starts=1), base=stack, criterion="AICc").fit
     # Six digits are written; D moves by four times as much as alpha.
     np.testing.assert_allclose(
-        samples.modelled(Evaluator(family, samples.v, samples.l).eval(fit.values))[:, 0], [250, 65], rtol=1e-5
+        samples.modelled(Evaluator(stack, samples.v, samples.l).eval(fit.values))[:, 0], [250, 65], rtol=1e-5
     )
     assert any("as many numbers as values" in line for line in warnings(fit, samples))
 
@@ -277,7 +277,7 @@ def test_two_coefficients_are_met_exactly(tint):
 def test_one_coefficient_is_met_with_the_usual_width(rng):
     samples = from_coefficients(coefficients((0.2, 5.0, 100.0)))
     fit = select(
-        samples, FitOptions(loss="linear", starts=1), base=coefficient_family(samples, WHITE, GREY), criterion="AICc"
+        samples, FitOptions(loss="linear", starts=1), base=coefficient_stack(samples, WHITE, GREY), criterion="AICc"
     ).fit
     assert fit.values["lobe.alpha"] == 0.005
     assert fit.rms < 1e-5
@@ -286,12 +286,12 @@ def test_one_coefficient_is_met_with_the_usual_width(rng):
 def test_coefficients_at_several_entrance_angles_tell_the_fall_off():
     rows = [(o, e, 1.0) for o in (0.2, 0.33, 0.5, 1.0) for e in (-4.0, 20.0, 30.0, 45.0)]
     there = from_coefficients(coefficients(*rows))
-    family = coefficient_family(there, WHITE, GREY)
+    stack = coefficient_stack(there, WHITE, GREY)
     made = {"lobe.color0": [0.1], "lobe.alpha": [0.005], "lobe.exponent": [0.8], "diffuse.color": GREY}
     made = {name: np.array(value) for name, value in made.items()}
-    there = replace(there, value=there.modelled(Evaluator(family, there.v, there.l).eval(made)))
-    found = select(there, FitOptions(loss="linear", starts=1), base=family, criterion="AICc")
-    assert found.fit.family.lobes == 1
+    there = replace(there, value=there.modelled(Evaluator(stack, there.v, there.l).eval(made)))
+    found = select(there, FitOptions(loss="linear", starts=1), base=stack, criterion="AICc")
+    assert found.fit.stack.lobes == 1
     for name in ("lobe.color0", "lobe.alpha", "lobe.exponent"):
         assert found.fit.values[name][0] == pytest.approx(made[name][0], rel=1e-4)  # of a search that ends at 1e-7
 
@@ -317,7 +317,7 @@ def tape(shared) -> Measurement:
 
 
 # The materials that `mrm fit` finds, to begin near: the selection takes longer than a test should.
-FOUND = Family(coats=2, lobes=2, falling=True)
+FOUND = LayerStack(coats=2, lobes=2, falling=True)
 NEAR = {
     "coat.weight": 0.9, "coat.alpha": 0.01, "haze.share": 0.3, "haze.alpha": 0.2,
     "lobe.color0": 0.2, "lobe.alpha": 0.04, "lobe.exponent": 1.0,
@@ -335,7 +335,7 @@ def test_a_tape_of_more_layers_is_fitted_better_than_by_three_lobes(measured):
     made = {name: np.array([value]) for name, value in values.items()}
     rng = np.random.default_rng(2026)
     there = noisy(from_measurement(replace(measured, f=Evaluator(FOUND, *directions(measured)).eval(made)[:, :1])), rng)
-    more, three = fit_family(FOUND, there, FitOptions(), near()), fit_family(TAPE, there, FitOptions(), START)
+    more, three = fit_stack(FOUND, there, FitOptions(), near()), fit_stack(TAPE, there, FitOptions(), START)
     assert more.rms < 1.2 * 0.03 < 2.0 * more.rms < three.rms
 
 
@@ -349,7 +349,7 @@ def test_the_cosine_in_a_file_is_found_to_be_that_of_the_viewer(own_tape):
 
 def test_the_papers_lobe_comes_out_of_a_tape_that_has_it_under_a_film(own_tape):
     samples = from_measurement(own_tape, cosine="v", residual="root", plane=True, around=np.deg2rad(15.0))
-    fit = fit_family(Family(lobes=1, diffuse=False, paper=True), samples, FitOptions())
+    fit = fit_stack(LayerStack(lobes=1, diffuse=False, paper=True), samples, FitOptions())
     # The lobe of the fixture, roughness 0.23 and F0 0.19, seen through a film that passes on some nine tenths each way.
     assert float(np.sqrt(fit.values["lobe.alpha"][0])) == pytest.approx(0.23, abs=0.01)
     assert 0.8 * 0.19 < float(fit.values["lobe.color0"][0]) < 1.05 * 0.19
@@ -357,7 +357,7 @@ def test_the_papers_lobe_comes_out_of_a_tape_that_has_it_under_a_film(own_tape):
 
 @pytest.mark.parametrize(("cosine", "bound"), [("l", 0.49), ("v", 0.345)])
 def test_the_tape_is_fitted_better_than_by_three_lobes(tape, cosine, bound):
-    fit = fit_family(FOUND, from_measurement(tape, cosine=cosine), FitOptions(), near())
+    fit = fit_stack(FOUND, from_measurement(tape, cosine=cosine), FitOptions(), near())
     # One retroreflective lobe, one mirror lobe and a Lambertian term reach 0.530 with the cosine of l. Bounds: what is
     # in docs/fitting.md, to two digits.
     assert fit.rms < bound < 0.53
@@ -373,7 +373,7 @@ def test_the_cosine_in_the_file_of_the_tape_is_that_of_the_viewer(tape):
 
 def test_the_parameters_of_the_paper_come_out_of_its_model(tape):
     samples = from_measurement(tape, residual="root", plane=True, around=np.deg2rad(15.0))
-    fit = fit_family(Family(lobes=1, diffuse=False, paper=True), samples, FitOptions())
+    fit = fit_stack(LayerStack(lobes=1, diffuse=False, paper=True), samples, FitOptions())
     # The paper prints two digits: roughness 0.23, F0 0.19, F82 0.
     assert round(float(np.sqrt(fit.values["lobe.alpha"][0])), 2) == 0.23
     assert round(float(fit.values["lobe.color0"][0]), 2) == 0.19

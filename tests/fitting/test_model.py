@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.fitting.document import material_name, write
-from mrm_mtlx.fitting.model import Evaluator, Family, albedos
+from mrm_mtlx.fitting.model import Evaluator, LayerStack, albedos
 from mrm_mtlx.photometry import document_brdf
 
 if TYPE_CHECKING:
@@ -18,13 +18,15 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
 
-FAMILIES = {
-    "all layers in colour": Family(coats=2, lobes=2, falling=True, rough=True, channels=3),
-    "level lobe": Family(coats=1, lobes=1),
-    "tinted lobe": Family(lobes=1, falling=True, tint=(1.0, 0.5, 0.1)),
-    "paper": Family(lobes=1, diffuse=False, paper=True),
-    "given numbers": Family(lobes=1, falling=True, fixed={"lobe.exponent": (0.5,), "diffuse.color": (0.1, 0.2, 0.3)}),
-    "base alone": Family(rough=True),
+STACKS = {
+    "all layers in colour": LayerStack(coats=2, lobes=2, falling=True, rough=True, channels=3),
+    "level lobe": LayerStack(coats=1, lobes=1),
+    "tinted lobe": LayerStack(lobes=1, falling=True, tint=(1.0, 0.5, 0.1)),
+    "paper": LayerStack(lobes=1, diffuse=False, paper=True),
+    "given numbers": LayerStack(
+        lobes=1, falling=True, fixed={"lobe.exponent": (0.5,), "diffuse.color": (0.1, 0.2, 0.3)}
+    ),
+    "base alone": LayerStack(rough=True),
 }
 # MaterialX keeps numbers in single precision: half a unit of 2^-23, amplified by the flank of a lobe, where D goes as
 # the fourth power of alpha, and by the F82 curve, which crosses zero, hence the part of the largest value.
@@ -41,19 +43,19 @@ def directions(rng) -> tuple[Array, Array]:
     return tuple(w / np.linalg.norm(w, axis=1, keepdims=True) for w in (v, l))
 
 
-def drawn(family: Family, rng: np.random.Generator) -> dict[str, Array]:
+def drawn(stack: LayerStack, rng: np.random.Generator) -> dict[str, Array]:
     """Values anywhere within the bounds, as a document has them."""
-    lower, upper = family.bounds()
-    return family.rounded(family.values(lower + (upper - lower) * rng.random(len(lower))))
+    lower, upper = stack.bounds()
+    return stack.rounded(stack.values(lower + (upper - lower) * rng.random(len(lower))))
 
 
 @pytest.fixture
-def document_values(library) -> Callable[[Family, dict[str, Array], Array, Array], Array]:
-    """Function that evaluates the document of a family, by the reference."""
+def document_values(library) -> Callable[[LayerStack, dict[str, Array], Array, Array], Array]:
+    """Function that evaluates the document of a stack, by the reference."""
 
-    def evaluate(family: Family, values: dict[str, Array], v: Array, l: Array) -> Array:
+    def evaluate(stack: LayerStack, values: dict[str, Array], v: Array, l: Array) -> Array:
         document = mx.createDocument()
-        mx.readFromXmlString(document, write(family, values, "sheet", ["Notes -- with hyphens, < and &."], doc="a < b"))
+        mx.readFromXmlString(document, write(stack, values, "sheet", ["Notes -- with hyphens, < and &."], doc="a < b"))
         document.setDataLibrary(library.document)
         valid, message = document.validate()
         assert valid, message
@@ -62,42 +64,42 @@ def document_values(library) -> Callable[[Family, dict[str, Array], Array, Array
     return evaluate
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", STACKS)
 def test_a_written_document_evaluates_to_the_values_of_the_model(name, directions, document_values, rng):
-    family = FAMILIES[name]
-    values = drawn(family, rng)
-    expected = Evaluator(family, *directions).eval(values)
-    found = document_values(family, values, *directions)
+    stack = STACKS[name]
+    values = drawn(stack, rng)
+    expected = Evaluator(stack, *directions).eval(values)
+    found = document_values(stack, values, *directions)
     np.testing.assert_allclose(found, expected, rtol=SINGLE, atol=SINGLE * 1e-2 * np.max(np.abs(expected)))
 
 
 @pytest.mark.parametrize("error", ["level", "one lobe less", "coats exchanged", "a digit"])
 def test_a_document_of_another_material_is_seen(error, directions, document_values, rng):
-    family = FAMILIES["all layers in colour"]
-    values = drawn(family, rng)
-    expected = Evaluator(family, *directions).eval(values)
+    stack = STACKS["all layers in colour"]
+    values = drawn(stack, rng)
+    expected = Evaluator(stack, *directions).eval(values)
     if error == "level":
-        family = replace(family, falling=False)
+        stack = replace(stack, falling=False)
     elif error == "one lobe less":
-        family = replace(family, lobes=1)
+        stack = replace(stack, lobes=1)
     elif error == "coats exchanged":
         values = values | {"coat.alpha": values["haze.alpha"], "haze.alpha": values["coat.alpha"]}
     else:
         values = values | {"lobe.color0": values["lobe.color0"] * 1.0001}
-    found = document_values(family, values, *directions)
+    found = document_values(stack, values, *directions)
     assert np.max(np.abs(found / expected - 1.0)) > 10.0 * SINGLE
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", STACKS)
 def test_derivatives_are_those_of_central_differences(name, directions, rng):
-    family = FAMILIES[name]
-    lower, upper = family.bounds()
+    stack = STACKS[name]
+    lower, upper = stack.bounds()
     vector = lower + (upper - lower) * rng.uniform(0.2, 0.8, len(lower))
-    model = Evaluator(family, *directions)
+    model = Evaluator(stack, *directions)
     _, slopes = model.eval_with_jacobian(vector)
     for i in range(len(vector)):
         step = 1e-5 * (upper[i] - lower[i]) * np.eye(len(vector))[i]
-        ends = [model.eval(family.values(vector + side * step)) for side in (1.0, -1.0)]
+        ends = [model.eval(stack.values(vector + side * step)) for side in (1.0, -1.0)]
         expected = (ends[0] - ends[1]) / (2.0 * step[i])
         # Forward differences of 1e-7 are off by half of that times the curvature, and by 1e-9 of rounding; of narrow
         # lobes, the curvature is some tens of the value.
@@ -105,40 +107,40 @@ def test_derivatives_are_those_of_central_differences(name, directions, rng):
 
 
 def test_derivatives_do_not_leave_the_bounds(directions):
-    family = FAMILIES["all layers in colour"]
-    model = Evaluator(family, *directions)
-    for vector in family.bounds():
+    stack = STACKS["all layers in colour"]
+    model = Evaluator(stack, *directions)
+    for vector in stack.bounds():
         assert np.all(np.isfinite(model.eval_with_jacobian(vector)[1]))
 
 
 def test_grey_layers_never_reflect_more_than_arrives(rng):
-    family = Family(coats=2, lobes=2, falling=True, rough=True)
+    stack = LayerStack(coats=2, lobes=2, falling=True, rough=True)
     cosines = np.linspace(0.05, 1.0, 20)
-    lower, upper = family.bounds()
+    lower, upper = stack.bounds()
     corners = [np.where(rng.random(len(lower)) < 0.5, lower, upper) for _ in range(50)]
     # MaterialX's rational fit of a white lobe's albedo is up to 3 % above 1.
-    assert max(np.max(albedos(family, family.values(x), cosines)) for x in corners) < 1.03
+    assert max(np.max(albedos(stack, stack.values(x), cosines)) for x in corners) < 1.03
 
 
 def test_coloured_layers_can_and_that_is_seen():
-    family = Family(lobes=1, channels=3)
+    stack = LayerStack(lobes=1, channels=3)
     red = {"lobe.color0": np.array([0.9, 0.0, 0.0]), "lobe.alpha": np.array([0.01]), "diffuse.color": np.ones(3)}
     # 0.9 of the red comes back, and the base gets 1 - 0.9 / 3 of it.
-    np.testing.assert_allclose(albedos(family, red, np.array([1.0]))[0], [1.6, 0.7, 0.7], atol=0.01)
+    np.testing.assert_allclose(albedos(stack, red, np.array([1.0]))[0], [1.6, 0.7, 0.7], atol=0.01)
 
 
 def test_two_lobes_are_put_in_the_order_of_their_widths(directions):
-    family = Family(coats=2, lobes=2, falling=True)
-    names = [p.name for p in family.parameters]
+    stack = LayerStack(coats=2, lobes=2, falling=True)
+    names = [p.name for p in stack.parameters]
     values = {name: np.array([0.1 + 0.02 * i]) for i, name in enumerate(names)}
     values |= {"coat.alpha": np.array([0.3]), "haze.alpha": np.array([0.05]), "haze.share": np.array([0.2])}
     values |= {"lobe.alpha": np.array([0.2]), "lobe2.alpha": np.array([0.02])}
-    ordered = family.ordered(values)
+    ordered = stack.ordered(values)
     assert (ordered["lobe.alpha"][0], ordered["lobe2.alpha"][0]) == (0.02, 0.2)
     assert ordered["lobe.color0"] == values["lobe2.color0"]
     assert (ordered["coat.alpha"][0], ordered["haze.share"][0]) == (0.05, 0.8)
     only_coats = values | {name: ordered[name] for name in names if name.startswith(("coat", "haze"))}
-    model = Evaluator(family, *directions)
+    model = Evaluator(stack, *directions)
     # Gloss and haze are a mixture: the same one. float64 rounds the shares.
     np.testing.assert_allclose(model.eval(only_coats), model.eval(values), rtol=1e-12)
 

@@ -66,7 +66,8 @@ def often(value: float, other):
 
 UNIT_FLOAT, COLOR = ("float", between(0.0, 1.0)), ("color3", between(0.0, 1.0, 3))
 WEIGHT = ("float", often(1.0, between(0.0, 1.0)))
-# Hair is compared with the constants that MaterialX's code has; tests/validation/test_deviations.py with the model's.
+# Hair is compared with the constants that MaterialX's code has; with the model's in
+# tests/validation/comparison/test_deviations.py.
 AS_WRITTEN = frozenset({Deviation.HAIR_CONSTANTS})
 
 # Widths from a mirror's to the roughest, equal and unequal; variances and scales of hair likewise.
