@@ -10,6 +10,7 @@ from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
 from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more
 from mrm_mtlx.system.shown import Shown
+from mrm_mtlx.system.text import plural
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,8 +49,7 @@ class GeneratedSource(Shown):
 
     def __repr__(self) -> str:
         lines = [f"{name:<60}{source.count(chr(10)) + 1:>7} lines" for name, source in self.files.items()]
-        number = f"{len(self.shaders)} surface{'' if len(self.shaders) == 1 else 's'}"
-        return "\n".join([f"{self.target} source of {number}", *lines])
+        return "\n".join([f"{self.target} source of {plural(len(self.shaders), 'surface')}", *lines])
 
     def save(self, folder: PathLike) -> list[Path]:
         """Write a file per surface and stage into a folder, which is made, all or none; the files.

@@ -73,7 +73,7 @@ def engine_for(target: str, fit: Callable[[Engine], bool] | None = None) -> Engi
 
 
 def unserved(target: str) -> str:
-    """Why the source of a target is not compiled, where no engine takes it."""
+    """The reason why the source of a target is not compiled, where no engine takes it."""
     return _UNSERVED.get(target, f"no engine takes {target}")
 
 

@@ -1,4 +1,4 @@
-"""Where the values of a JSON text begin, by JSON pointer."""
+"""Positions of the values of a JSON text, by JSON pointer."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class JsonPositions:
         return Place(pointer(*keys), self._positions.at(begin))
 
     def _members_of(self, value: int) -> dict[str, tuple[int, int]]:
-        """Where each member of an object or array begins, and its value; of the one that begins at `value`."""
+        """The beginnings of each member of an object or array and of its value; of the one that begins at `value`."""
         if value not in self._members:
             self._members[value] = {}
             with contextlib.suppress(RecursionError):  # where the text was parsed, the stack may have had more room
@@ -79,6 +79,6 @@ class JsonPositions:
 
 
 def _behind(pattern: re.Pattern[str], text: str, at: int) -> int:
-    """Where a match ends that begins at a place."""
+    """The end of a match that begins at a place."""
     found = pattern.match(text, at)
     return at if found is None else found.end()

@@ -100,7 +100,7 @@ def is_upgraded(version: str) -> bool:
 
 
 def lacks_retroreflective(version: str) -> bool:
-    """Whether documents of this version have no retroreflective flag; False for what is no version."""
+    """True if documents of this version have no retroreflective flag; False for what is no version."""
     if not is_document_version(version):
         return False
     try:

@@ -13,6 +13,7 @@ from mrm_mtlx import __version__
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.report import RETURNED_ENTRANCE_DEG
 from mrm_mtlx.standards.tables import MISSING, boxes, classes, limits, notes, standards
+from mrm_mtlx.system.text import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,11 +23,6 @@ if TYPE_CHECKING:
 
 SCHEMA = "mrm.photometry/1"
 LIST_SCHEMA = "mrm.photometry.standards/1"
-
-
-def plural(count: int, name: str) -> str:
-    """A count with its name."""
-    return f"{count} {name}{'' if count == 1 else 's'}"
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.photometry import formatting
-from mrm_mtlx.photometry.formatting import plural
 from mrm_mtlx.system.shown import Shown
-from mrm_mtlx.system.text import printable
+from mrm_mtlx.system.text import plural, printable
 
 if TYPE_CHECKING:
     from mrm_mtlx.photometry.formatting import DocumentReport

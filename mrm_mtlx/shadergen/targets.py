@@ -22,6 +22,9 @@ class Target:
         True for the GLSL family: rasterising shaders with a light loop, which share the `genglsl` implementations.
     suffixes
         File suffix per stage; targets without a vertex stage have a pixel stage alone.
+    flag_module
+        Where the lobes are in a module that the host has: a pattern of the module's version in the source, and the
+        first version that honours the retroreflective flag. None where the source has its lobes itself.
     """
 
     name: str
@@ -29,6 +32,7 @@ class Target:
     generator: str
     hardware: bool
     suffixes: dict[str, str]
+    flag_module: tuple[str, int] | None = None
 
     def create(self) -> Any:
         """A new MaterialX shader generator.
@@ -59,7 +63,14 @@ TARGETS: dict[str, Target] = {
         Target("slang", "PyMaterialXGenSlang", "SlangShaderGenerator", True, {"pixel": ".slang"}),
         _hardware("wgsl", "PyMaterialXGenGlsl", "WgslShaderGenerator", ".wgsl.glsl"),
         Target("osl", "PyMaterialXGenOsl", "OslShaderGenerator", False, {"pixel": ".osl"}),
-        Target("mdl", "PyMaterialXGenMdl", "MdlShaderGenerator", False, {"pixel": ".mdl"}),
+        Target(
+            "mdl",
+            "PyMaterialXGenMdl",
+            "MdlShaderGenerator",
+            False,
+            {"pixel": ".mdl"},
+            (r"materialx::pbrlib_1_(\d+)", 11),
+        ),
     )
 }
 

@@ -18,6 +18,11 @@ def shown(text: str, quote: str = "'", most: int = 80) -> str:
     return f"{quote}{text if len(text) <= most else text[:most] + '...'}{quote}"
 
 
+def plural(count: int, noun: str) -> str:
+    """A count with its noun."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def text_lines(text: str) -> list[str]:
     """The lines of a text, ended by a line feed alone: `str.splitlines` knows eleven ends of a line."""
     return text.replace("\r\n", "\n").removesuffix("\n").split("\n")

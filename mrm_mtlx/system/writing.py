@@ -159,10 +159,10 @@ class FileSet:
             if not replaces and os.path.lexists(path) and not _same(path, finished)
         ]
         own = self.own() if found else set()
-        if foreign := [self._shown(path) for path in found if path not in own]:
-            more = f" and {len(foreign) - _SHOWN} more" if len(foreign) > _SHOWN else ""
-            names = ", ".join(foreign[:_SHOWN]) + more
-            raise FileExistsError(errno.EEXIST, f"already there, with other content: {names}; --force replaces such")
+        if others := [self._shown(path) for path in found if path not in own]:
+            more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
+            names = ", ".join(others[:_SHOWN]) + more
+            raise FileExistsError(errno.EEXIST, f"already there, with other content: {names}; `force` replaces such")
 
     def _shown(self, path: Path) -> str:
         return os.path.relpath(path, self._scratch.parent).replace(os.sep, "/")

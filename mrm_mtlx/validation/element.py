@@ -13,7 +13,6 @@ from mrm_mtlx.engines.base import EngineFailure
 from mrm_mtlx.findings import rules
 from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.library import load_library
-from mrm_mtlx.library.surface_models import amount_input
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
 from mrm_mtlx.validation.comparison import sampling
 from mrm_mtlx.validation.comparison.closures import compare_in_osl
@@ -22,7 +21,7 @@ from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.mending import mended_shaders
 from mrm_mtlx.validation.compiling import check_compiles, refused
 from mrm_mtlx.validation.energy import directional_albedos
-from mrm_mtlx.validation.flag_use import ignores_flag
+from mrm_mtlx.validation.flag_use import ignored_flags
 from mrm_mtlx.validation.results import RenderableResult, Stage, Status, TargetResult
 from mrm_mtlx.validation.retro_sweep import variants
 from mrm_mtlx.validation.steps import Step
@@ -125,9 +124,7 @@ class ElementCheck:
         except GenerationError as error:
             found = rules.SHADER_GENERATE.at(self._place, f"{target}: {error}")
             return _Outcome(TargetResult(Stage.GENERATE, Status.FAIL), [found])
-        # An amount has no variable; the graph behind it has flags, which this library honours wherever it has code.
-        flags = [n for n in self._flags if target == "mdl" or not amount_input(n)]
-        ignoring = frozenset(str(n.getName()) for n in flags if ignores_flag(shader, n.getName()))
+        ignoring = ignored_flags(shader, self._flags)
         result, findings = self._compiled_or_run(shader, honoured=not ignoring)
         return _Outcome(result, findings, self._images.findings, ignoring)
 

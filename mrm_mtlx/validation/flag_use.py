@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from mrm_mtlx.library.surface_models import amount_input
+from mrm_mtlx.shadergen import TARGETS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from mrm_mtlx.shadergen import Shader
+
+
+def ignored_flags(shader: Shader, nodes: Iterable[Any]) -> frozenset[str]:
+    """Names of the nodes whose retroreflective flag, or amount, the generated code does not depend on."""
+    # An amount has no variable; the graph behind it has flags, which the node library honours wherever it has code.
+    in_module = TARGETS[shader.target].flag_module is not None
+    names = (str(node.getName()) for node in nodes if in_module or not amount_input(node))
+    return frozenset(name for name in names if ignores_flag(shader, name))
 
 
 def ignores_flag(shader: Shader, node_name: str) -> bool:
     """True if the generated code does not depend on a node's retroreflective flag.
 
     The flag is a variable, unless it is connected. It is ignored if it is declared and never read again, or handed to
-    functions none of which reads the parameter. In MDL it is handed to a module that honours it from version 1.11 on.
+    functions none of which reads the parameter; where a module of the host has the lobes, if its version does.
     """
     source = shader.sources["pixel"]
-    if shader.target == "mdl":
-        versions = [int(v) for v in re.findall(r"materialx::pbrlib_1_(\d+)", source)]
-        return max(versions, default=0) < 11
+    if module := TARGETS[shader.target].flag_module:
+        pattern, first = module
+        return max(map(int, re.findall(pattern, source)), default=0) < first
     flag = rf"\b{re.escape(node_name)}_retroreflective\b"
     calls = re.findall(rf"(\w+)\s*\(([^;{{}}]*{flag}[^;{{}}]*)\)\s*;", source)
     is_variable = re.search(flag, source) is not None

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.findings.source_location import SourceLocation
-from mrm_mtlx.system.text import printable, text_lines
+from mrm_mtlx.system.text import plural, printable, text_lines
 from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ def verdict(result: ValidationResult, *, strict: bool) -> str:
         ordered = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
         skipped += f" ({'; '.join(f'{count} {reason}' for reason, count in ordered)})"
     counts = [
-        _plural(result.count(Severity.ERROR), "error"),
-        _plural(result.count(Severity.WARNING), "warning"),
+        plural(result.count(Severity.ERROR), "error"),
+        plural(result.count(Severity.WARNING), "warning"),
         f"{result.checked} checked",
         skipped,
     ]
@@ -158,7 +158,3 @@ def finite(value: Any) -> Any:
     if isinstance(value, float) and not abs(value) < float("inf"):
         return None
     return value
-
-
-def _plural(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.system.shown import Shown, escaped, html_table
-from mrm_mtlx.system.text import printable
+from mrm_mtlx.system.text import plural, printable
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.results import Stage, Status, ValidationResult
 
@@ -92,7 +92,7 @@ class LintReport(Shown):
             "document": len(self.documents)
         }
         word = "PASSED" if self.passed else "FAILED" if self.documents else "NOTHING CHECKED"
-        listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items())
+        listed = ", ".join(plural(count, name) for name, count in counts.items())
         return f"{word}  {listed}{'; --strict' if self.strict else ''}"
 
     def report(self) -> str:

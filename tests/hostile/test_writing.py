@@ -212,7 +212,7 @@ def test_converting_overwrote_a_picture_of_the_user_without_a_word(project, libr
     (out / "X" / "tex").mkdir(parents=True)
     (out / "X" / "tex" / "a.png").write_bytes(b"a week's work")
     before = contents(out)
-    with pytest.raises(FileExistsError, match=r"already there, with other content: X/tex/a\.png; --force replaces"):
+    with pytest.raises(FileExistsError, match=r"already there, with other content: X/tex/a\.png; `force` replaces"):
         write_to(project, out / "X.usda", library)
     assert contents(out) == before
     write_to(project, out / "X.usda", library, force=True)
@@ -266,7 +266,7 @@ def test_a_set_that_changed_needed_force_to_replace_itself(library, tmp_path, na
     assert [key for key in after if key.endswith(".png") and after[key] != before[key]]
     (tmp_path / "out" / name).write_bytes(b"@X/a.png@ <materialx> X/a.png" * 99)
     write_image(tmp_path / "project" / "a.png", PIXELS, {})
-    with pytest.raises(FileExistsError, match="--force replaces such"):
+    with pytest.raises(FileExistsError, match="`force` replaces such"):
         write_to(source, tmp_path / "out" / name, library)
 
 

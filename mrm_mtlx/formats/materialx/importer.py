@@ -99,7 +99,7 @@ def _document(file: _File) -> mx.Document:
 
 
 def _flags_of_later_versions(document: mx.Document, reading: _Reading) -> Iterator[Finding]:
-    """What has the flag in a file that states a version without it, and that MaterialX has upgraded."""
+    """Findings on the flag in a file that states a version without it, and that MaterialX has upgraded."""
     earlier = {str(path): found.version for path, (_, found) in reading.known.items()}
     earlier = {uri: version for uri, version in earlier.items() if lacks_retroreflective(version)}
     if not earlier:

@@ -167,7 +167,7 @@ class _Material:
             self._set("attenuation_distance", "float", (float(distance),), gltf.ATTENUATION_DISTANCE)
 
     def _fill_unlit(self) -> None:
-        """What is unlit has its base colour, whatever the light, and its alpha; all else of it is for other readers."""
+        """Give what is unlit its base colour, whatever the light, and its alpha; the rest is for other readers."""
         by_input = {prop.input: prop for prop in gltf.PROPERTIES}
         alpha, color = by_input["alpha"], by_input["base_color"]
         if not self._is_opaque():

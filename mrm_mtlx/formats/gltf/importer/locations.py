@@ -1,4 +1,4 @@
-"""Where in an asset's JSON something stands."""
+"""Source locations in an asset's JSON."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class AssetLocations:
         return JsonPositions(self._content.removeprefix(codecs.BOM_UTF8))
 
     def of(self, place: str) -> SourceLocation:
-        """Where the value with a pointer stands, or else the nearest around it that is there."""
+        """The source of the value with a pointer, or else of the nearest around it that is there."""
         found = self._positions.nearest(place)
         line, column = found.position if self._is_text and found.pointer else (None, None)
         return SourceLocation(self._file, line, column, pointer=found.pointer)

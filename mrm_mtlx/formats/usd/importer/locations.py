@@ -1,4 +1,4 @@
-"""Where in the layers of a stage something is said."""
+"""Source locations in the layers of a stage."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class StageLocations:
         self._file, self._sources = file, sources
 
     def of(self, place: str) -> SourceLocation:
-        """Where a place is said, or else the nearest of its parents."""
+        """The source of a place, or else of the nearest of its parents."""
         while place and place not in self._sources:
             place = place.rpartition("/")[0]
         return self._sources[place] if place else SourceLocation(self._file)

@@ -88,7 +88,7 @@ class Stage:
         return self._files.shown
 
     def source(self, path: Sdf.Path, place: str) -> SourceLocation:
-        """Where a prim or property is said that is called `place` in findings: the strongest layer that has it."""
+        """The source of a prim or property that is called `place` in findings: the strongest layer that has it."""
         stands = self.stage.GetPropertyAtPath(path) if path.IsPropertyPath() else None
         prim = self.stage.GetPrimAtPath(path.GetPrimPath())
         specs = (stands.GetPropertyStack() if stands else ()) or (prim.GetPrimStack() if prim else ())

@@ -85,7 +85,7 @@ class StageLayers:
 
     @contextmanager
     def _told_of(self, origin: Origin | None) -> Iterator[None]:
-        """What is found within is found in a layer."""
+        """Tell findings that are made within as findings of a layer."""
         told, unresolved = len(self.findings), len(self.values.unresolved)
         try:
             yield
