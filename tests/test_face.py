@@ -35,7 +35,7 @@ from mrm_mtlx.cli import (  # fmt: skip
 from mrm_mtlx.findings import rules as catalogue
 from mrm_mtlx.photometry.result import PhotometryReport
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult
-from mrm_mtlx.validation.screen import LintReport, ValidationReport, console, print_result
+from mrm_mtlx.validation.screen import CheckReport, ValidationReport, console, print_result
 from tests.test_architecture import HEAVY
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def hostile_results() -> dict[str, Any]:
 
     return {
         "validation": ValidationReport({}, {}, [document]),
-        "lint": LintReport([document]),
+        "check": CheckReport([document]),
         "photometry": PhotometryReport((DocumentReport(HOSTILE, reason="broken"),), (), PhotometryOptions()),
     }
 
@@ -229,6 +229,7 @@ def test_a_wrong_argument_is_a_value_error_that_names_it(metal: Any) -> None:
         (lambda: mrm.fit(ra=[(0.2, -4.0, 250.0)], output="x.json"), "output"),
         (lambda: mrm.plot(light=[99.0]), "light"),
         (lambda: mrm.check([]), "paths"),
+        (lambda: mrm.render(metal, environment="nowhere.exr"), "environment"),
     ):
         with pytest.raises(mrm.ArgumentError) as caught:
             call()
@@ -302,3 +303,9 @@ def test_what_type_checkers_see_is_what_there_is() -> None:
         if alias.asname == alias.name  # what is imported again under its own name is public
     }
     assert seen == mrm._HOMES
+
+
+def test_what_a_public_function_returns_has_a_public_name() -> None:
+    functions = [value for name in mrm.__all__ if inspect.isfunction(value := getattr(mrm, name))]
+    returned = {str(inspect.signature(function).return_annotation) for function in functions}
+    assert {name for name in returned if not hasattr(mrm, name)} == {"Path", "list[Path]", "str"}

@@ -221,6 +221,8 @@ class _Job:
         except ImagesTooLargeError as error:
             msg = f"{self.opened.path} has {error}"
             raise ArgumentError(msg, "path") from error
+        except ArgumentError:
+            raise
         except ValueError as error:
             raise ArgumentError(str(error)) from error
         except GenerationError as error:
@@ -235,7 +237,10 @@ class _Job:
         from mrm_mtlx.render.picture import PictureOptions
 
         shape, angle, size, compare = self.scene
-        environment = None if self.environment is None else read_image(Path(self.environment))
+        try:
+            environment = None if self.environment is None else read_image(Path(self.environment))
+        except ValueError as error:
+            raise ArgumentError(str(error), "environment") from error
         return PictureOptions(str(shape), angle, size, environment, compare)
 
     def _traced(self, options: PictureOptions, paths: int, seed: int, mode: str) -> NDArray[np.floating]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mrm_mtlx.validation.options import ValidationOptions
-    from mrm_mtlx.validation.screen import LintReport, ValidationReport
+    from mrm_mtlx.validation.screen import CheckReport, ValidationReport
 
 # Bounds of the samples of a comparison.
 FEWEST_SAMPLES, MOST_SAMPLES = 16, 1 << 22
@@ -106,7 +106,7 @@ def check(
     root: PathLike | Sequence[PathLike] = (),
     exclude: str | Sequence[str] = (),
     listener: Listener = SILENT,
-) -> LintReport:
+) -> CheckReport:
     """Read documents and check their structure: the quick part of `validate`, without shaders, driver and reference.
 
     Parameters
@@ -124,10 +124,10 @@ def check(
         As `validate`.
     """
     from mrm_mtlx.validation import runner
-    from mrm_mtlx.validation.screen import LintReport
+    from mrm_mtlx.validation.screen import CheckReport
 
-    options = replace(_options(select, ignore, jobs, timeout, library, root, exclude), targets=(), lint_only=True)
-    return LintReport(runner.documents(paths_of(paths), options, listener.progress), strict)
+    options = replace(_options(select, ignore, jobs, timeout, library, root, exclude), targets=(), only_check=True)
+    return CheckReport(runner.documents(paths_of(paths), options, listener.progress), strict)
 
 
 def _options(

@@ -63,7 +63,7 @@ def _check(request: Request, document: Any, result: DocumentResult, steps: Steps
         result.findings.append(nothing_to_render(document))
     if not blocked:
         result.findings += check_retroreflection(document)
-    if request.lint_only:
+    if request.only_check:
         return
     flags = [] if blocked else [n for n in retroreflecting_nodes(document) if is_retroreflective(n)]
     for element in elements:

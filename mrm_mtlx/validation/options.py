@@ -29,7 +29,7 @@ class CheckOptions:
         Whose implementation of the flag is checked.
     retro_sweep
         Whether specular nodes whose flag is off are checked with it on as well, one at a time.
-    lint_only
+    only_check
         Whether documents are read and their structure is checked, and nothing is evaluated or generated.
     """
 
@@ -38,7 +38,7 @@ class CheckOptions:
     seed: int = 0
     origin: Origin = Origin.MRM
     retro_sweep: bool = False
-    lint_only: bool = False
+    only_check: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,7 +68,7 @@ class ValidationReport(Shown, ValidationResult):
 
 
 @dataclass(frozen=True, repr=False)
-class LintReport(Shown):
+class CheckReport(Shown):
     """Findings of reading documents and of checking their structure; `strict` is whether warnings count as failures."""
 
     documents: list[DocumentResult]
@@ -111,14 +111,14 @@ def console(stream: TextIO | None = None) -> Console:
     return Console(file=target, highlight=False, soft_wrap=True, width=None if target.isatty() else _WIDE)
 
 
-def text(result: ValidationReport | LintReport) -> str:
+def text(result: ValidationReport | CheckReport) -> str:
     """The report of a result, without colours."""
     stream = io.StringIO()
     print_result(console(stream), result)
     return stream.getvalue().rstrip()
 
 
-def print_result(screen: Console, result: ValidationReport | LintReport) -> None:
+def print_result(screen: Console, result: ValidationReport | CheckReport) -> None:
     """Print findings and a table of each document, and the verdict."""
     for document in result.documents:
         _print_document(screen, document)
@@ -194,7 +194,7 @@ def _cell(result: TargetResult) -> str:
     return f"[green]ok[/green] {_SHORT[result.stage]}"
 
 
-def to_html(result: ValidationReport | LintReport) -> str:
+def to_html(result: ValidationReport | CheckReport) -> str:
     """Tables of the surfaces and of the findings, and the verdict; what comes from documents is escaped."""
     surfaces = [(document.path, renderable) for document in result.documents for renderable in document.renderables]
     targets = list(dict.fromkeys(target for _, renderable in surfaces for target in renderable.targets))
