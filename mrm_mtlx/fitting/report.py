@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.fitting.fit import DECISIVE, Fit, FitOptions, Selection
+from mrm_mtlx.fitting.selection import DECISIVE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.fitting.fit import Fit, FitOptions
     from mrm_mtlx.fitting.samples import Samples
+    from mrm_mtlx.fitting.selection import Selection
 
 SCHEMA = "mrm.fit/1"
 _RESIDUALS = {

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.fitting.fit import FitOptions, coefficient_stack, fit_stack, select, warnings
+from mrm_mtlx.fitting.fit import FitOptions, fit_stack, warnings
 from mrm_mtlx.fitting.model import LayerStack
 from mrm_mtlx.fitting.report import FitReport
 from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
+from mrm_mtlx.fitting.selection import coefficient_stack, select
 
 if TYPE_CHECKING:
     from collections.abc import Callable

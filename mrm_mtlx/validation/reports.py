@@ -1,4 +1,4 @@
-"""A validation result as JSON, JUnit XML and GitHub annotations; the terminal's form is in `cli`."""
+"""A validation result as JSON, JUnit XML and GitHub annotations; the terminal's form is in `screen`."""
 
 from __future__ import annotations
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mrm_mtlx.fitting import fit as fitting
-from mrm_mtlx.fitting.fit import FitOptions, coefficient_stack, fit_stack, select, warnings
+from mrm_mtlx.fitting.fit import FitOptions, fit_stack, warnings
 from mrm_mtlx.fitting.model import Evaluator, LayerStack
 from mrm_mtlx.fitting.samples import MAXIMUM, directions, doubts, from_coefficients, from_measurement, reciprocity
+from mrm_mtlx.fitting.selection import DECISIVE, coefficient_stack, select
 from mrm_mtlx.measured import CoefficientSamples, Measurement, read
 
 TAPE = LayerStack(coats=1, lobes=1, falling=True)
@@ -96,8 +96,8 @@ def test_the_data_choose_the_layers_that_they_were_made_with(samples, rng):
     stack = found.fit.stack
     assert (stack.coats, stack.lobes, stack.falling, stack.rough, stack.diffuse) == (1, 1, True, False, True)
     assert [step.what for step in found.steps[1:]].count("fall-off with the entrance angle") == 1
-    assert all(step.change < -fitting.DECISIVE for step in [*found.steps[1:], *found.without])
-    assert all(step.change > -fitting.DECISIVE for step in found.refused)
+    assert all(step.change < -DECISIVE for step in [*found.steps[1:], *found.without])
+    assert all(step.change > -DECISIVE for step in found.refused)
     assert found.fit.rms == pytest.approx(0.03, rel=0.15)  # 3 % of noise, of 500 samples
 
 
