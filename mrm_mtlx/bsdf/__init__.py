@@ -14,13 +14,14 @@ Conventions, for the whole project
   back-vector. A retroreflective lobe is the ordinary lobe seen from v' (Portsmouth et al. 2026, eq. 3 and 10).
 * Parameters broadcast with the samples: a scalar parameter is a scalar or an array of the samples' shape `(...)`, a
   colour a scalar, a triple, or an array `(..., 3)`.
-* A lobe has `eval(v, l)`, `pdf(v, l)`, `sample(v, u)` and `albedo(v)`, see `lobes.Lobe`. Transmission is that of
+* A lobe has `eval(v, l)`, `pdf(v, l)`, `sample(v, u)` and `albedo(v)`, see `lobe.Lobe`. Transmission is that of
   radiance, with the factor (eta_v / eta_l)^2 (Walter et al. 2007, eq. 21; Portsmouth et al. 2026, eq. 2); `albedo`
   counts energy.
 
 The pieces are plain functions: distributions of facets (`ggx`, `beckmann`, `phong`, over `slopes`), `masking`, Fresnel
 terms (`fresnel`, `thin_film`, `reflectance`), `diffuse`, `sheen`, `hair`, `subsurface` and `vectors`. `microfacet`
-composes facets, `lobes` and `diffuse_lobes` are the public BSDFs, `blend` mixes them, `quadrature` integrates.
+composes facets, `microfacet_lobe` sees them from v or v', `lobes` and `diffuse_lobes` are the public BSDFs, `blend`
+mixes them, `quadrature` integrates.
 `prismatic` and `sheeting` have cube corners. `compensation` gives back what single scattering loses, by an albedo that
 the caller has; `intermediates` is where an analysis of another precision gets in.
 
@@ -31,7 +32,8 @@ on these pieces.
 
 from mrm_mtlx.bsdf.blend import Blend, environment_radiance, partially_retroreflective
 from mrm_mtlx.bsdf.diffuse_lobes import EON, Lambert
-from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Lobe
+from mrm_mtlx.bsdf.lobe import Lobe
+from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick
 from mrm_mtlx.bsdf.sheeting import PrismaticSheeting
 from mrm_mtlx.bsdf.vectors import back_vector, half_vector, mirror
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.bsdf.lobes import Lobe, Microfacet
+    from mrm_mtlx.bsdf.lobe import Lobe
+    from mrm_mtlx.bsdf.microfacet_lobe import Microfacet
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Blend:
     w: ArrayLike = 0.5
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
-        """BSDF in 1/sr, see `lobes.Lobe.eval`."""
+        """BSDF in 1/sr, see `lobe.Lobe.eval`."""
         return self._mixed(self.a.eval(v, l), self.b.eval(v, l), self._weight()[..., None])
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
@@ -59,7 +60,7 @@ class Blend:
         return np.where(chosen[..., None], self.b.sample(v, u), self.a.sample(v, u))
 
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
-        """Directional albedo, see `lobes.Lobe.albedo`: those of the lobes, mixed as they are."""
+        """Directional albedo, see `lobe.Lobe.albedo`: those of the lobes, mixed as they are."""
         a, b = (lobe.albedo(v, accuracy=accuracy) for lobe in (self.a, self.b))
         return self._mixed(a, b, self._weight()[..., None])
 

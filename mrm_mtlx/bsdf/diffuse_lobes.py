@@ -24,11 +24,11 @@ class Diffuse(ABC):
 
     @abstractmethod
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
-        """BSDF in 1/sr, see `lobes.Lobe.eval`."""
+        """BSDF in 1/sr, see `lobe.Lobe.eval`."""
 
     @abstractmethod
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
-        """Directional albedo, see `lobes.Lobe.albedo`; a closed form, whatever the accuracy."""
+        """Directional albedo, see `lobe.Lobe.albedo`; a closed form, whatever the accuracy."""
 
     def pdf(self, v: ArrayLike, l: ArrayLike) -> Array:
         """Density of `sample`, n.l / pi."""
@@ -36,7 +36,7 @@ class Diffuse(ABC):
         return np.where(_above(v, l), l[..., 2] / np.pi, 0.0)
 
     def sample(self, v: ArrayLike, u: ArrayLike) -> Array:
-        """Directions of light, see `lobes.Lobe.sample`: uniform on the disc, raised to the hemisphere (Malley)."""
+        """Directions of light, see `lobe.Lobe.sample`: uniform on the disc, raised to the hemisphere (Malley)."""
         v, u = direction("v", v), components("u", u)
         radius, phi = np.sqrt(u[..., 0]), 2.0 * np.pi * u[..., 1]
         z = np.sqrt(1.0 - u[..., 0])
@@ -55,7 +55,7 @@ class Lambert(Diffuse):
         NOT_NEGATIVE.check("color", self.color)
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
-        """BSDF in 1/sr, see `lobes.Lobe.eval`."""
+        """BSDF in 1/sr, see `lobe.Lobe.eval`."""
         above = _above(direction("v", v), direction("l", l))[..., None]
         return np.where(above, color("color", self.color) / np.pi, 0.0)
 
@@ -85,7 +85,7 @@ class EON(Diffuse):
         UNIT_INTERVAL.check("roughness", self.roughness)
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
-        """BSDF in 1/sr, see `lobes.Lobe.eval`."""
+        """BSDF in 1/sr, see `lobe.Lobe.eval`."""
         v, l = np.broadcast_arrays(direction("v", v), direction("l", l))
         above = _above(v, l)[..., None]
         cos_v, cos_l = (np.where(above, w[..., 2:], 1.0) for w in (v, l))
@@ -93,7 +93,7 @@ class EON(Diffuse):
         return np.where(above, f, 0.0)
 
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:  # noqa: ARG002
-        """Directional albedo, see `lobes.Lobe.albedo` (Portsmouth et al. 2025)."""
+        """Directional albedo, see `lobe.Lobe.albedo` (Portsmouth et al. 2025)."""
         z = direction("v", v)[..., 2:]
         found = compensated_oren_nayar_albedo(np.where(z > 0.0, z, 1.0), self._roughness(), color("color", self.color))
         return np.where(z > 0.0, found, 0.0)

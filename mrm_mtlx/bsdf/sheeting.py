@@ -74,7 +74,7 @@ class PrismaticSheeting:
     tint: ArrayLike = 1.0
 
     def eval(self, v: ArrayLike, l: ArrayLike) -> Array:
-        """BSDF in 1/sr, see `lobes.Lobe.eval`."""
+        """BSDF in 1/sr, see `lobe.Lobe.eval`."""
         v, l = direction("v", v), direction("l", l)
         f = sum(part.eval(v, l) for part in self._parts())
         return np.where(v[..., 2:] > 0.0, f, 0.0)
@@ -86,7 +86,7 @@ class PrismaticSheeting:
         return np.where(v[..., 2] > 0.0, density, 0.0)
 
     def sample(self, v: ArrayLike, u: ArrayLike) -> Array:
-        """Directions of light, see `lobes.Lobe.sample`: the third number chooses the term."""
+        """Directions of light, see `lobe.Lobe.sample`: the third number chooses the term."""
         v, u = direction("v", v), components("u", u)
         l = np.zeros(np.broadcast_shapes(v.shape, u.shape))
         start: Array | float = 0.0
@@ -101,7 +101,7 @@ class PrismaticSheeting:
         return np.where(v[..., 2:] > 0.0, l, 0.0)
 
     def albedo(self, v: ArrayLike, *, accuracy: float = ACCURACY) -> Array:
-        """Directional albedo, see `lobes.Lobe.albedo`: the sum of the terms', each by quadrature.
+        """Directional albedo, see `lobe.Lobe.albedo`: the sum of the terms', each by quadrature.
 
         Raises
         ------

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.bsdf.blend import partially_retroreflective
-from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick, Microfacet
+from mrm_mtlx.bsdf.lobes import Conductor, Dielectric, GeneralizedSchlick
+from mrm_mtlx.bsdf.microfacet_lobe import Microfacet
 from mrm_mtlx.bsdf.sheeting import PrismaticSheeting
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.bsdf.lobes import Lobe
+    from mrm_mtlx.bsdf.lobe import Lobe
 
 SCHEMA = "mrm.vectors/1"
 

@@ -37,7 +37,7 @@ def direction(name: str, value: ArrayLike) -> Array:
 def check_unit(name: str, array: Array, axis: int = -1) -> None:
     """Raise ValueError, naming the directions, if the length of one is not 1 to within `UNIT`; zero vectors pass.
 
-    A sample that is lost is the zero vector (`lobes.Lobe.sample`), and may be handed on.
+    A sample that is lost is the zero vector (`lobe.Lobe.sample`), and may be handed on.
     """
     x, y, z = np.moveaxis(array, axis, 0)
     square = x * x + y * y + z * z

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from mrm_mtlx.bsdf.arrays import Array
-    from mrm_mtlx.bsdf.lobes import Lobe
+    from mrm_mtlx.bsdf.lobe import Lobe
     from mrm_mtlx.engines.base import ClosureBench
 
 ALPHAS = (0.0025, 0.01, 0.04, 0.1)
