@@ -114,6 +114,22 @@ def test_masking_of_an_anisotropic_surface_uses_the_mean_width(surface_document,
     assert np.all(np.abs(ratio - 1.0) < 0.5)
 
 
+def test_fibres_are_no_narrower_than_those_of_the_least_roughness(surface_document, flat_points, polar):
+    points = flat_points(polar(np.array([0.9, 1.2])), polar(np.array([1.3, 1.1]), np.array([0.2, 0.1])))
+
+    def response(roughness: float):
+        given = f'<input name="roughness" type="float" value="{roughness}"/>'
+        document = surface_document(f'<sheen_bsdf name="bsdf" type="BSDF">{given}</sheen_bsdf>')
+        return Surface(document.getNode("m")).response(points)
+
+    # 0.005 as a float32 is not the shader's to the last digit, and is the exponent of the sine.
+    least = response(0.005)
+    assert np.all(least > 0.0)
+    for roughness in (0.0, 0.001, 0.004):
+        np.testing.assert_allclose(response(roughness), least, rtol=1e-4)
+    assert np.all(np.abs(response(0.006) / least - 1.0) > 0.05)
+
+
 def test_light_from_below_is_clamped_and_not_cut_off(surface_document, flat_points, polar):
     document = surface_document('<generalized_schlick_bsdf name="bsdf" type="BSDF"/>')
     surface = Surface(document.getNode("m"))

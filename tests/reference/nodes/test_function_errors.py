@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.reference import ROUNDING_FACTOR, Model, ShadingPoints, Surface
-from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, FAST_EXPONENTIAL, SINE_ERROR
-from mrm_mtlx.reference.float32.rounding import UNIT
+from mrm_mtlx.reference.float32.precision import ARCTANGENT_ERROR, FAST_EXPONENTIAL, SINE_ERROR, ULP
+from mrm_mtlx.reference.float32.rounding import UNIT, Perturbation, Quantity
 
 # What is left, of the roundings of a handful of numbers: far less than the smallest of the errors below.
 ROUNDINGS = 1e3 * UNIT
@@ -80,3 +80,21 @@ def test_a_rotation_by_nothing_may_miss_by_roundings_alone(allowed):
 def test_powers_and_exponentials_of_osl_may_miss_by_more(allowed):
     for nodes in (function("exp", **{"in": 1.0}), function("power", in1=np.e, in2=1.0)):
         assert allowed(nodes, Model.CLOSURES) > allowed(nodes) + 0.9 * FAST_EXPONENTIAL * np.e
+
+
+def test_the_fit_of_hairs_absorption_may_miss_by_roundings_of_its_terms(make_document):
+    document = make_document(
+        '<chiang_hair_absorption_from_color name="a" type="vector3">'
+        '<input name="color" type="color3" value="0, 0, 0"/><input name="azimuthal_roughness" type="float" value="1"/>'
+        '</chiang_hair_absorption_from_color><convert name="c" type="color3">'
+        '<input name="in" type="vector3" nodename="a"/></convert><surface_unlit name="s" type="surfaceshader">'
+        '<input name="emission_color" type="color3" nodename="c"/></surface_unlit>'
+    )
+    surface = Surface(document.getNode("s"))
+    points = ShadingPoints(*(np.tile(axis, (2, 1)) for axis in np.eye(3)[[2, 2, 2, 0, 2]]), np.zeros((2, 2)))
+    off = surface.shade(points, perturbation=Perturbation(quantity=Quantity.FUNCTIONS)) - surface.shade(points)
+    # Black is taken for 0.001. The logarithm is off by 3 ulp; the terms, at a roughness of 1, are the coefficients.
+    fit, terms = 5.969 - 0.215 + 2.532 - 10.73 + 5.574 + 0.245, 5.969 + 0.215 + 2.532 + 10.73 + 5.574 + 0.245
+    root = np.log(1000.0) / fit
+    error = 3.0 * ULP * np.log(1000.0) / ROUNDING_FACTOR + UNIT * terms * root
+    assert off[0, 0] == pytest.approx(2.0 * root * error / fit, rel=1e-6)
