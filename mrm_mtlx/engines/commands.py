@@ -62,16 +62,27 @@ def compile_file(command: Sequence[str], source: str, name: str) -> None:
         raise CompileError([first_message(log, source)])
 
 
-def _log(command: list[str], folder: str) -> str:
-    """The words of a compiler on a source that it refuses; "" if it takes it."""
+def run(command: list[str], folder: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run a compiler in a folder; its exit status and what it said.
+
+    Raises
+    ------
+    EngineFailure
+        If it does not run or does not end.
+    """
     try:
-        done = subprocess.run(
+        return subprocess.run(
             command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, check=False
         )
     except subprocess.TimeoutExpired as error:
         raise EngineFailure(f"{command[0]} did not finish within {TIMEOUT_S:g} s") from error
     except OSError as error:
         raise EngineFailure(f"{command[0]} does not run: {error.strerror}") from error
+
+
+def _log(command: list[str], folder: str) -> str:
+    """The words of a compiler on a source that it refuses; "" if it takes it."""
+    done = run(command, folder)
     if done.returncode == 0:
         return ""
     log = (done.stdout + done.stderr).replace(f"{folder}{os.sep}", "").strip()

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mrm_mtlx.engines import osl
+from mrm_mtlx.engines import commands, osl
 from mrm_mtlx.engines.base import CompileError, CompileMessage, EngineFailure
-from mrm_mtlx.engines.osl import compiler, process
+from mrm_mtlx.engines.osl import process
 from mrm_mtlx.engines.osl.compiler import parse_log
 from mrm_mtlx.shadergen import generate, renderable_elements
 
@@ -279,7 +279,7 @@ def test_nothing_is_left_of_what_oslc_was_given(oslc, monkeypatch, tmp_path):
 @posix
 def test_an_oslc_that_hangs_is_ended(monkeypatch, tmp_path):
     put_on_path(monkeypatch, tmp_path, "#!/bin/sh\nexec sleep 3600\n")
-    monkeypatch.setattr(compiler, "_TIMEOUT_S", 0.2)
+    monkeypatch.setattr(commands, "TIMEOUT_S", 0.2)
     with pytest.raises(EngineFailure, match=r"oslc did not finish within 0\.2 s"):
         osl.check(GOOD, "good")
 

@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
 import tempfile
 from pathlib import Path
 from typing import NoReturn
@@ -19,7 +18,6 @@ from mrm_mtlx.engines.base import Availability, CompileError, CompileMessage, En
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.system.writing import replacing
 
-_TIMEOUT_S = 60.0
 _SERIAL = itertools.count()
 
 # The folder, below a MaterialX root, of the headers that generated OSL includes.
@@ -53,14 +51,7 @@ def check(source: str, name: str) -> None:
         target = Path(folder)
         _write(target, source, name)
         command = ["oslc", "-q", "-o", f"{name}.oso", f"{name}.osl"]
-        try:
-            done = subprocess.run(
-                command, cwd=target, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT_S, check=False
-            )
-        except subprocess.TimeoutExpired as error:
-            raise EngineFailure(f"oslc did not finish within {_TIMEOUT_S:g} s") from error
-        except OSError as error:
-            raise EngineFailure(f"oslc does not run: {error.strerror}") from error
+        done = commands.run(command, target)
         if done.returncode < 0:
             raise EngineFailure(f"oslc ended with signal {signal.Signals(-done.returncode).name}")
         if done.returncode:
@@ -80,7 +71,7 @@ def compile_for_cycles(source: str, name: str) -> Path:
     runtime = process.runtime()
     target = runtime.folder / f"{name}_{next(_SERIAL)}.oso"
     written = _write(runtime.folder, source, name)
-    answer, log = runtime.request("compile", timeout_s=_TIMEOUT_S, source=str(written), target=str(target))
+    answer, log = runtime.request("compile", timeout_s=commands.TIMEOUT_S, source=str(written), target=str(target))
     if not answer["ok"] and "error:" in log and "Failed to write" not in log:
         _refuse(log, runtime.folder, source, name)
     # What the compiler wrote ends with a line of its own; on a full disk it is cut off, or not there.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import MaterialX as mx
@@ -19,70 +20,8 @@ from mrm_mtlx.system.text import shown
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from mrm_mtlx.findings.finding import Finding, Rule
-    from mrm_mtlx.findings.source_location import SourceLocation
-    from mrm_mtlx.library import DataLibrary
-
-
-@dataclass
-class Translation:
-    """A document in the making.
-
-    Attributes
-    ----------
-    document
-        Its data library is set.
-    library
-        The definitions.
-    file_name
-        Function from an attribute of type asset to the file's name in the document.
-    source_locations, findings
-        See `Document`.
-    last
-        By an element's path and a name: the last that was made of the name for a child.
-    definitions
-        By category, type and inputs of a node: the definition that it gets.
-    is_earlier
-        Whether the network is of an earlier MaterialX, whose document is to be upgraded.
-    source_of
-        Function from the path of a prim or property, as it is composed now, and its place, to where it is said.
-    sources
-        Where the places are said.
-    """
-
-    document: mx.Document
-    library: DataLibrary
-    file_name: Callable[[Usd.Attribute], str]
-    source_locations: dict[str, str] = field(default_factory=dict)
-    findings: list[Finding] = field(default_factory=list)
-    last: dict[tuple[str, str], str] = field(default_factory=dict)
-    definitions: dict[tuple[str, str, tuple[tuple[str, str], ...]], str] = field(default_factory=dict)
-    is_earlier: bool = False
-    source_of: Callable[[Sdf.Path, str], SourceLocation] | None = None
-    sources: dict[str, SourceLocation] = field(default_factory=dict)
-
-    def noted(self, path: Sdf.Path, place: str) -> str:
-        """A place, of which it is noted where it is said."""
-        if self.source_of is not None and place not in self.sources:
-            self.sources[place] = self.source_of(path, place)
-        return place
-
-    def report(self, rule: Rule, path: Sdf.Path, place: str, message: str, hint: str = "") -> None:
-        """Add a finding."""
-        self.noted(path, place)
-        self.findings.append(replace(rule.at(place, message, hint), source=self.sources.get(place)))
-
-    def definition(self, identifier: str) -> Any:
-        """The definition of a node, of the version that the network is of; None for none."""
-        earlier = earlier_definition(identifier) if self.is_earlier else None
-        return self.library.document.getNodeDef(identifier) if earlier is None else earlier
-
-    def free(self, name: str, parent: Any = None) -> str:
-        """A name that no element has yet. Of thousands of one name, counting goes on where it was."""
-        parent = parent or self.document
-        key = (str(parent.getNamePath()), name)
-        found = self.last[key] = str(parent.createValidChildName(self.last.get(key, name)))
-        return found
+    from mrm_mtlx.findings.finding import Rule
+    from mrm_mtlx.formats.usd.importer.translation import Translation
 
 
 def translate(into: Translation, material: UsdShade.Material, place: Callable[[Sdf.Path], str] = str) -> None:
@@ -123,21 +62,32 @@ def _add(into: Translation, document: mx.Document, source_locations: dict[str, s
             into.source_locations[f"{names[first]}/{rest}" if rest else names[first]] = found
 
 
+class _Kind(Enum):
+    """Kinds of sources: the output of a shader or of a graph, an interface of the graph around, a value, or nothing.
+
+    A connection that leads nowhere has nothing as its source.
+    """
+
+    NODE = auto()
+    GRAPH = auto()
+    INTERFACE = auto()
+    VALUE = auto()
+    NOTHING = auto()
+
+
 class _Source(NamedTuple):
     """The source of an input's value.
 
     Attributes
     ----------
     kind
-        "node" (a shader's output), "graph" (a graph's), "interface" (of the graph around), "value", or "nothing" if the
-        connection leads nowhere.
     prim, name
-        What it is connected to; for "nothing", the path.
+        What it is connected to; of nothing, the path.
     attribute
         The output or interface of a graph, what has the value, or what is connected.
     """
 
-    kind: str
+    kind: _Kind
     prim: Usd.Prim
     name: str
     attribute: Usd.Attribute
@@ -171,9 +121,9 @@ class Network:
                 self._document_text(prim, made[category])
                 self._note(made[category], prim.GetPath())
             source = self._source(output.GetAttr(), None)
-            if source.kind == "value":
+            if source.kind is _Kind.VALUE:
                 self._report(rules.DOC_CONNECTION, output.GetAttr().GetPath(), "the material's output is not connected")
-            elif source.kind == "nothing":
+            elif source.kind is _Kind.NOTHING:
                 self._dangling(source)
             else:
                 given = made[category].addInput(given_name, given_name)
@@ -271,7 +221,7 @@ class Network:
     def _input(self, parent: Any, attribute: Usd.Attribute, name: str, kind: str, home: Sdf.Path | None) -> None:
         """An input of a node or a graph, with its value or connection; none if it has neither."""
         source = self._source(attribute, home)
-        if source.kind == "value":
+        if source.kind is _Kind.VALUE:
             value, space = self._value(source.attribute, kind), space_of(source.attribute) or space_of(attribute)
             if source.attribute.GetPath() != attribute.GetPath() and not self._fits(source.attribute, attribute, kind):
                 return
@@ -282,15 +232,15 @@ class Network:
                 given.setValueString(value)
             if space and kind in COLORED:
                 given.setColorSpace(space)
-        elif source.kind == "nothing":
+        elif source.kind is _Kind.NOTHING:
             self._dangling(source)
             return
         else:
             given = parent.addInput(name, kind)
             space = space_of(attribute)
-            if source.kind == "interface":  # MaterialX takes an image's space from what reads it
+            if source.kind is _Kind.INTERFACE:  # MaterialX takes an image's space from what reads it
                 origin = self._source(source.attribute, None)
-                space = (origin.kind == "value" and space_of(origin.attribute)) or space
+                space = (origin.kind is _Kind.VALUE and space_of(origin.attribute)) or space
             if kind in COLORED and space:
                 given.setColorSpace(space)
             self._connect(given, source, kind)
@@ -326,18 +276,18 @@ class Network:
 
     def _connect(self, given: Any, source: _Source, kind: str) -> None:
         """Connect an input or output of the document."""
-        if source.kind == "node":
+        if source.kind is _Kind.NODE:
             node, definition = self._node(source.prim, kind)
             given.setNodeName(node.getName())
             names = [] if definition is None else outputs_of(definition)
             shader_output = source.name in TERMINALS and len(names) == 1
             if definition is not None and not shader_output and (len(names) > 1 or source.name not in names):
                 given.setOutputString(source.name)
-        elif source.kind == "graph":
+        elif source.kind is _Kind.GRAPH:
             graph = self._graph(source.prim.GetPath())
             given.setNodeGraphString(graph.getName())
             given.setOutputString(self._output(graph, source, kind))
-        elif source.kind == "interface":
+        elif source.kind is _Kind.INTERFACE:
             graph = self._graph(source.prim.GetPath())
             given.setInterfaceName(self._interface(graph, source.attribute, source.name, kind))
 
@@ -360,11 +310,11 @@ class Network:
         output = graph.addOutput(name, kind)
         self._note(output, path)
         source = self._source(asked.attribute, asked.prim.GetPath())
-        if source.kind == "value":
+        if source.kind is _Kind.VALUE:
             value = self._value(source.attribute, kind)
             if value is not None:
                 output.setValueString(value)
-        elif source.kind == "nothing":
+        elif source.kind is _Kind.NOTHING:
             self._dangling(source)
         else:
             self._connect(output, source, kind)
@@ -377,23 +327,23 @@ class Network:
             seen.add(attribute.GetPath())
             paths = attribute.GetConnections()
             if not paths:
-                return _Source("value", attribute.GetPrim(), "", attribute)
+                return _Source(_Kind.VALUE, attribute.GetPrim(), "", attribute)
             if len(paths) > 1:
                 message = f"it is connected {len(paths)} times; the first connection is taken"
                 self._report(rules.INTERCHANGE_LOST, attribute.GetPath(), message)
             prim = self._stage.GetPrimAtPath(paths[0].GetPrimPath())
             name, kind = UsdShade.Utils.GetBaseNameAndType(paths[0].name)
             if prim and prim.IsA(UsdShade.Shader) and kind == UsdShade.AttributeType.Output:
-                return _Source("node", prim, name, attribute)
+                return _Source(_Kind.NODE, prim, name, attribute)
             following = self._stage.GetAttributeAtPath(paths[0])
             is_graph = bool(prim) and prim.IsA(UsdShade.NodeGraph)
             if not is_graph or not following or following.GetPath() in seen:
-                return _Source("nothing", attribute.GetPrim(), str(paths[0]), attribute)
+                return _Source(_Kind.NOTHING, attribute.GetPrim(), str(paths[0]), attribute)
             if prim.GetPath() in self._graphs:
                 if kind == UsdShade.AttributeType.Output and home != prim.GetPath():
-                    return _Source("graph", prim, name, following)
+                    return _Source(_Kind.GRAPH, prim, name, following)
                 if kind == UsdShade.AttributeType.Input and home == prim.GetPath():
-                    return _Source("interface", prim, name, following)
+                    return _Source(_Kind.INTERFACE, prim, name, following)
             attribute = following
 
 

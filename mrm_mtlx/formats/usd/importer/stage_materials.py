@@ -12,7 +12,8 @@ from mrm_mtlx.documents.document import Document, ReadError
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.assets import Assets
 from mrm_mtlx.formats.usd.importer.locations import StageLocations
-from mrm_mtlx.formats.usd.importer.network import Translation, translate
+from mrm_mtlx.formats.usd.importer.network import translate
+from mrm_mtlx.formats.usd.importer.translation import Translation
 from mrm_mtlx.formats.usd.importer.validators import validator_findings
 from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.formats.usd.opening.stage import open_stage
