@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal
 
 from mrm_mtlx.api.errors import DataError
 from mrm_mtlx.api.listener import SILENT, Listener
@@ -17,13 +16,12 @@ from mrm_mtlx.system.text import printable
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from mrm_mtlx.api.opening import PathLike
     from mrm_mtlx.fitting.class_report import ClassFit
     from mrm_mtlx.fitting.fit import FitOptions
     from mrm_mtlx.fitting.given import Coefficient, Color
     from mrm_mtlx.fitting.report import FitReport
     from mrm_mtlx.measured import CoefficientSamples, Measurement
-
-PathLike: TypeAlias = str | os.PathLike[str]
 
 MODELS, CRITERIA, RESIDUALS = ("auto", "paper"), ("bic", "aicc"), ("log", "root", "linear")
 LOSSES, COSINES = ("soft_l1", "linear"), ("light", "view")
@@ -58,8 +56,8 @@ class FittedMaterial(Shown):
 
     def to_json(self) -> str:
         """The report as JSON, as docs/fitting.md explains it."""
+        from mrm_mtlx.system.json_data import finite
         from mrm_mtlx.system.versions import versions
-        from mrm_mtlx.validation.reports import finite
 
         report = self.fit.to_json(versions(), self.path.name if self.path else "")
         return json.dumps(finite(report), indent=2, allow_nan=False)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.conformance.results import SCHEMA
+from mrm_mtlx.system.json_data import finite
 from mrm_mtlx.system.shown import COLUMNS, Shown
-from mrm_mtlx.validation.reports import finite
 from mrm_mtlx.validation.results import Status
 
 if TYPE_CHECKING:

@@ -129,7 +129,7 @@ def _decoded(content: bytes, name: _Name) -> str:
 
 
 def _unused_sign(text: str) -> str:
-    """A character of the private use area that a text has not, or "" if it has all."""
+    """A character of the private use area that a text lacks, or "" if it has all."""
     used = set(text)
     return next((sign for sign in map(chr, range(0xE000, 0xF900)) if sign not in used), "")
 

@@ -70,7 +70,7 @@ SURFACE_MODELS = (
 
 @dataclass(frozen=True)
 class Extension:
-    """A surface model with its input or without: `reason` says why it has not got the input, "" if it has."""
+    """A surface model with its input or without: `reason` says why it lacks the input, "" if it has it."""
 
     model: SurfaceModel
     reason: str = ""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from xml.etree import ElementTree as ET
 
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.findings.source_location import SourceLocation
+from mrm_mtlx.system.json_data import finite
 from mrm_mtlx.system.text import plural, printable, text_lines
 from mrm_mtlx.validation.results import Status
 
@@ -147,14 +148,3 @@ def _escape(text: str, also: str = "") -> str:
     for character in "%\r\n" + also:
         text = text.replace(character, f"%{ord(character):02X}")
     return text
-
-
-def finite(value: Any) -> Any:
-    """A report's data with NaN and infinity, which JSON does not have, as None; tuples become lists."""
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
-    if isinstance(value, float) and not abs(value) < float("inf"):
-        return None
-    return value

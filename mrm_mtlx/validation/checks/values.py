@@ -36,7 +36,7 @@ _CLOSURES = ("BSDF", "EDF", "VDF")
 
 
 def check_form(element: Any) -> Iterator[Finding]:
-    """Findings on a value (of an input, an interface, a default, a token) that has not the form of its type."""
+    """Findings on a value (of an input, an interface, a default, a token) whose form is not that of its type."""
     text = element.getAttribute("value")
     if not text or (element.isA(mx.PortElement) and is_connected(element)):
         return

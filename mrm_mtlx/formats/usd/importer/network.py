@@ -321,7 +321,7 @@ class Network:
         return name
 
     def _source(self, attribute: Usd.Attribute, home: Sdf.Path | None) -> _Source:
-        """The source of a value, followed through the graphs and materials that the document has not."""
+        """The source of a value, followed through the graphs and materials that the document lacks."""
         seen = set()
         while True:
             seen.add(attribute.GetPath())
