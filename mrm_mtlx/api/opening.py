@@ -191,11 +191,14 @@ def documents_of(
     ArgumentError
         If none is named.
     """
-    from mrm_mtlx.validation.collecting import documents_of
+    from mrm_mtlx.validation import collecting
 
     found: list[Path | OpenDocument] = []
     for path in _several(paths):
-        found += documents_of(path, one_or_more(exclude)) if isinstance(path, Path) and path.is_dir() else [path]
+        if isinstance(path, Path) and path.is_dir():
+            found += collecting.documents_of(path, one_or_more(exclude))
+        else:
+            found.append(path)
     if not found and not paths:
         msg = "expected a document"
         raise ArgumentError(msg, "paths")

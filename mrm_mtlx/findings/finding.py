@@ -42,7 +42,7 @@ class Rule:
         Why it matters; with formula, tolerance and source where there are any.
     remedy
         What to do.
-    of_surroundings
+    beside_materials
         Whether it is about what lies around the materials, as the rest of a stage does: nothing keeps the document
         from being used then.
     of_host
@@ -58,7 +58,7 @@ class Rule:
     title: str = field(repr=False)
     meaning: str = field(repr=False)
     remedy: str = field(repr=False)
-    of_surroundings: bool = False
+    beside_materials: bool = False
     of_host: bool = False
     check: Callable[[Any], Iterable[Finding]] | None = field(default=None, repr=False)
 
@@ -108,7 +108,7 @@ class Finding:
     @property
     def blocks(self) -> bool:
         """True if nothing can be made of the document: an error, but not of what is around it."""
-        return self.severity is Severity.ERROR and not self.rule.of_surroundings
+        return self.severity is Severity.ERROR and not self.rule.beside_materials
 
     def in_file(self, file: str) -> Finding:
         """The same with a file as its source, if that is not known better."""

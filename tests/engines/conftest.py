@@ -1,4 +1,4 @@
-"""Programs and surroundings for the OpenGL engine."""
+"""Programs and environments for the OpenGL engine."""
 
 from __future__ import annotations
 

@@ -184,8 +184,8 @@ def test_the_lighting_of_a_draw_is_gone_with_it(program, surface_document, surfa
     linked = program(surface_document(ROUGH.format(color="0.5, 0.5, 0.5")))
     inputs = surface_inputs([0.6, 0.0, 0.8])
     before = linked.draw(inputs, OVERHEAD)
-    surroundings = Environment(np.ones((2, 4, 3)), np.ones((2, 4, 3)))
-    other = Lighting(PointLight((0.0, 0.0, 3.0), (9.0, 9.0, 9.0)), surroundings, (1.0, 0.0, 0.0))
+    environment = Environment(np.ones((2, 4, 3)), np.ones((2, 4, 3)))
+    other = Lighting(PointLight((0.0, 0.0, 3.0), (9.0, 9.0, 9.0)), environment, (1.0, 0.0, 0.0))
     assert not np.array_equal(linked.draw(inputs, other), before)
     assert np.array_equal(linked.draw(inputs, OVERHEAD), before)
 

@@ -147,12 +147,12 @@ def test_a_diffuse_surface_takes_the_irradiance(program, surface_document, surfa
 
 
 def transmission_differences(linked, surface_inputs, rng) -> float:
-    """Share of the views for which the flag changes what a transmitting surface shows of its surroundings."""
-    surroundings = Environment(rng.uniform(0.0, 1.0, (8, 16, 3)), np.zeros((1, 1, 3)))
+    """Share of the views for which the flag changes what a transmitting surface shows of its environment."""
+    environment = Environment(rng.uniform(0.0, 1.0, (8, 16, 3)), np.zeros((1, 1, 3)))
     v = rng.normal(size=(500, 3)) * [0.4, 0.4, 0.0] + [0.0, 0.0, 1.0]
     v /= np.linalg.norm(v, axis=-1, keepdims=True)
     on, off = (
-        linked.draw(surface_inputs(v), Lighting(environment=surroundings), numbers(flag, 0.2, 0.1))
+        linked.draw(surface_inputs(v), Lighting(environment=environment), numbers(flag, 0.2, 0.1))
         for flag in (True, False)
     )
     assert np.mean(off[:, :3] > 0.0) > MOST  # something is transmitted

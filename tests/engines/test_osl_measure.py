@@ -183,13 +183,13 @@ def test_white_surroundings_make_a_grey_lambertian_surface_as_grey_as_it_is():
 
 
 def test_facets_do_not_stand_in_the_light_of_their_neighbours():
-    # One bounce: what a white facet reflects comes from the surroundings alone, or is lost on a neighbour.
+    # One bounce: what a white facet reflects comes from the environment alone, or is lost on a neighbour.
     leaning = np.tile([0.0, np.sin(1.3), np.cos(1.3)], (1024, 1))
     found = osl.furnace(shader(LAMBERTIAN), leaning, {}, samples=16, bounces=1)
     np.testing.assert_allclose(found, 1.0, rtol=0, atol=FLOAT32_TOL)
 
 
-@pytest.mark.xfail(reason="one path in a thousand passes the facet by, and sees the surroundings", strict=True)
+@pytest.mark.xfail(reason="one path in a thousand passes the facet by, and sees the environment", strict=True)
 def test_a_black_surface_is_black_in_white_surroundings():
     level = np.tile([0.0, 0.0, 1.0], (256, 1))
     assert np.all(osl.furnace(shader(LAMBERTIAN), level, {"w": np.zeros(256)}, samples=64) == 0.0)

@@ -1,4 +1,4 @@
-"""Materials to render, small pictures of them, and surroundings."""
+"""Materials to render, small pictures of them, and environments."""
 
 from __future__ import annotations
 

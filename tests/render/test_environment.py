@@ -1,4 +1,4 @@
-"""Surroundings: directions of a latitude-longitude image, and the irradiance that it gives."""
+"""Environments: directions of a latitude-longitude image, and the irradiance that it gives."""
 
 from __future__ import annotations
 

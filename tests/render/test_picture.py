@@ -127,7 +127,7 @@ def test_a_comparison_takes_the_angle_of_its_light_from_the_settings(rendered, t
     assert np.array_equal(image[:, 40:72], rendered(tape_nodes("false"), light_degrees=10.0, size=16))
 
 
-# Surroundings ---------------------------------------------------------------------------------------------------------
+# Environment ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_surroundings_are_seen_behind_the_shape(rendered, rng):
@@ -141,7 +141,7 @@ def test_the_surroundings_are_seen_behind_the_shape(rendered, rng):
 def test_the_surroundings_light_the_shape_on_top_of_the_light(rendered):
     black, grey = (rendered(WHITE, environment=np.full((16, 32, 3), level))[seen("sphere")] for level in (0.0, 0.5))
     np.testing.assert_allclose(black, rendered(WHITE)[seen("sphere")], rtol=LIGHT_TOL)
-    # A white diffuser under constant surroundings has their radiance, wherever it faces.
+    # A white diffuser under a constant environment has its radiance, wherever it faces.
     np.testing.assert_allclose(grey - black, 0.5, rtol=1e-3)
 
 

@@ -113,7 +113,7 @@ def test_a_pattern_that_depends_on_the_light_is_seen(gl, make_document, library,
     element = document.getDescendant("g/as_vector3")
     expectation = expected(element)
     found = list(drawn(element, library, expectation))
-    found[which] = 0.999 * found[which]  # under the light, or in the surroundings
+    found[which] = 0.999 * found[which]  # under the light, or in the environment
     assert not expectation.compare(tuple(found)).comparison.passed
 
 

@@ -99,13 +99,13 @@ def samples(rng, count=512):
     return sampling.shading_points(rng, v, l)
 
 
-SURROUNDED = Illumination(light=False, environment=Environment.constant((1.0, 0.75, 0.5), 8))
+IN_ENVIRONMENT = Illumination(light=False, environment=Environment.constant((1.0, 0.75, 0.5), 8))
 
 
 def shown(document, points):
-    """What a document shows under a light and, at a few of the points, in surroundings; (samples, 3)."""
+    """What a document shows under a light and, at a few of the points, in an environment; (samples, 3)."""
     surface = Surface(document.getNode("m"))
-    return np.concatenate([surface.shade(points), surface.shade(points.part(slice(0, 32)), SURROUNDED)])
+    return np.concatenate([surface.shade(points), surface.shade(points.part(slice(0, 32)), IN_ENVIRONMENT)])
 
 
 @MODELS

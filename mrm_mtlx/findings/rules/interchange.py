@@ -40,7 +40,7 @@ USD_VALIDATOR = Rule(
     "MaterialX's nodes: that these are unknown to them is left out (docs/usd.md). The materials are checked "
     "all the same.",
     "Do what the message says; a stage wants defaultPrim, metersPerUnit and upAxis.",
-    of_surroundings=True,
+    beside_materials=True,
     of_host=True,
 )
 
@@ -52,7 +52,7 @@ USD_MISSING = Rule(
     "that is wrong. The stage is read without it. Materials that refer to it, or of which a prim around or in "
     "them does, are not checked; all others are.",
     "Correct the name, or put the file where the name leads; other places are not searched.",
-    of_surroundings=True,
+    beside_materials=True,
 )
 
 USD_VALIDATOR_WARNING = Rule(
@@ -61,6 +61,6 @@ USD_VALIDATOR_WARNING = Rule(
     "a warning by USD's own validators",
     "As USD_VALIDATOR, but what the validators call a warning.",
     "Do what the message says.",
-    of_surroundings=True,
+    beside_materials=True,
     of_host=True,
 )

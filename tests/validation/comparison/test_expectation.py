@@ -1,4 +1,4 @@
-"""What a surface is expected to show: under a light and in surroundings, and what only one of the two can see."""
+"""What a surface is expected to show: under a light and in an environment, and what only one of the two can see."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.samples import compare, worse
 from mrm_mtlx.validation.comparison.sampling import generator
 
-# Glass over a diffuse base: it reflects, refracts its surroundings, and dims what is below.
+# Glass over a diffuse base: it reflects, refracts its environment, and dims what is below.
 GLASS = """
   <dielectric_bsdf name="glass" type="BSDF">
     <input name="scatter_mode" type="string" value="RT"/>

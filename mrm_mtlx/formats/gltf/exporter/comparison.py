@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Largest relative difference that is rounding: numbers are written with nine digits and made images with sixteen bits,
 # and the flank of a narrow lobe multiplies what its width is off by.
 ROUNDING = 1e-4
-_POINTS, _SURROUNDED = 120, 8
+_POINTS, _IN_ENVIRONMENT = 120, 8
 _SEED = 7
 
 
@@ -41,7 +41,7 @@ def difference(
     surfaces = [Surface(element, images=pixels) for element, pixels in (first, second)]
     points = _points(np.random.default_rng(_SEED))
     around = Illumination(light=False, environment=Environment.constant((1.0, 1.0, 1.0), samples=8))
-    few = points.part(slice(None, None, _POINTS // _SURROUNDED))
+    few = points.part(slice(None, None, _POINTS // _IN_ENVIRONMENT))
     shades = [np.concatenate([s.shade(points), *([s.shade(few, around)] if transmits else [])]) for s in surfaces]
     scale = np.maximum(np.abs(shades[0]).max(axis=1), np.abs(shades[1]).max(axis=1))
     # Where both are dark, a difference is one of what can be seen: a hundredth of a white diffuser.
