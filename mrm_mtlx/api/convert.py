@@ -31,17 +31,25 @@ class Converted:
     Attributes
     ----------
     path
-    findings
-        What is to be said of the document, and what of it the format cannot say.
+    lost
+        Findings on what the format cannot say of the document.
+    found
+        Findings on the document, as it was read.
     """
 
     path: Path
-    findings: tuple[Finding, ...]
+    lost: tuple[Finding, ...]
+    found: tuple[Finding, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All findings, those on the document first."""
+        return (*self.found, *self.lost)
 
     @property
     def complete(self) -> bool:
-        """True if nothing that matters was lost: no finding is an error."""
-        return not any(found.severity == "error" for found in self.findings)
+        """True if nothing that matters was lost in writing: no finding of `lost` is an error."""
+        return not any(found.severity == "error" for found in self.lost)
 
 
 def convert(
@@ -179,18 +187,18 @@ def _write(
     def told(findings: Sequence[Finding]) -> tuple[Finding, ...]:
         found = [opened.source.in_source(one) for one in findings]
         listener.findings(found)
-        return (*opened.findings, *found)
+        return tuple(found)
 
     def write() -> list[Finding]:
         return written.write(opened.source, output, opened.library, options, force=force)
 
     try:
-        findings = told(_evaluated(opened, listener, write))
+        lost = told(_evaluated(opened, listener, write))
     except ReadError as error:
-        raise DocumentError(error.finding.message, told([error.finding])) from error
+        raise DocumentError(error.finding.message, (*opened.findings, *told([error.finding]))) from error
     except NothingToWriteError as error:
         msg = f"{opened.path}: {error}"
-        raise NothingToConvertError(msg, told(error.findings)) from error
+        raise NothingToConvertError(msg, (*opened.findings, *told(error.findings))) from error
     except ArgumentError:
         raise
     except ValueError as error:
@@ -200,7 +208,7 @@ def _write(
         msg = f"{output} cannot be written: {error.strerror}"
         raise ArgumentError(msg, "output") from error
     listener.wrote(output)
-    return Converted(output, findings)
+    return Converted(output, lost, opened.findings)
 
 
 def _evaluated(opened: OpenDocument, listener: Listener, work: Callable[[], T]) -> T:

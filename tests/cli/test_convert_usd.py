@@ -174,3 +174,9 @@ def test_a_wrong_call_is_told_so_and_writes_nothing(here, arguments, status, mes
     assert message in " ".join(done.stderr.split())
     assert sorted(p.name for p in Path().iterdir()) == before
     assert Path("plate.mtlx").read_bytes() == PLATE.read_bytes()
+
+
+def test_what_is_missing_around_a_material_does_not_fail_its_conversion(mrm_here, documents, tmp_path):
+    done = mrm_here("convert", documents / "USD_MISSING" / "triggers.usda", tmp_path / "out.mtlx")
+    assert (done.returncode, (tmp_path / "out.mtlx").exists()) == (0, True)
+    assert "error USD_MISSING" in done.stderr
