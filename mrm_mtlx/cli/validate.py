@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from mrm_mtlx.cli import errors
-from mrm_mtlx.cli.choices import Format, Implementation
+from mrm_mtlx.cli.choices import Implementation, ReportFormat
 from mrm_mtlx.cli.options import Exclude, Library, Output, Roots, Samples, Seed, Targets
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
@@ -24,7 +24,7 @@ def register(app: typer.Typer) -> None:
 def validate(
     paths: Annotated[list[Path], typer.Argument(metavar="PATH...", help="Documents, or folders of documents.")],
     target: Targets = None,
-    report_format: Annotated[Format, typer.Option("--format", help="Form of the report.")] = Format.TEXT,
+    report_format: Annotated[ReportFormat, typer.Option("--format", help="Form of the report.")] = ReportFormat.TEXT,
     output: Output = None,
     select: Annotated[
         list[str] | None,
@@ -76,17 +76,17 @@ def validate(
     raise typer.Exit(result.exit_status)
 
 
-def _print(result: ValidationReport, form: Format, output: Path | None) -> None:
+def _print(result: ValidationReport, form: ReportFormat, output: Path | None) -> None:
     """The report to stdout or a file; the verdict to stderr, unless it is in what stdout has."""
     from mrm_mtlx.cli.options import write_report
     from mrm_mtlx.validation import reports, screen
 
-    if form is Format.TEXT and output is None:
+    if form is ReportFormat.TEXT and output is None:
         screen.print_result(screen.console(), result)
         return
     forms = {
-        Format.TEXT: screen.text, Format.JSON: reports.to_json,
-        Format.JUNIT: reports.to_junit, Format.GITHUB: reports.to_github,
+        ReportFormat.TEXT: screen.text, ReportFormat.JSON: reports.to_json,
+        ReportFormat.JUNIT: reports.to_junit, ReportFormat.GITHUB: reports.to_github,
     }  # fmt: skip
     write_report(forms[form](result), output)
     typer.echo(result.verdict(), err=True)
