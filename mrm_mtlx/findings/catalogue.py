@@ -18,7 +18,7 @@ from mrm_mtlx.findings.finding import Rule
 from mrm_mtlx.system.plugins import PluginError, registered
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Mapping
     from typing import Any
 
     from mrm_mtlx.findings.finding import Finding
@@ -117,15 +117,25 @@ def rules_from(beginning: str) -> list[Rule]:
     return [rule for code, rule in all_rules().items() if code.startswith(beginning)]
 
 
-def brought_checks() -> list[Callable[[Any], Iterable[Finding]]]:
-    """The checks of documents that other packages register with their rules, in the order of `all_rules`.
+def brought_findings(document: Any) -> list[Finding]:
+    """Cases of the rules that other packages register, in a document, in the order of `all_rules`.
 
     Raises
     ------
     PluginError
-        As `all_rules`.
+        As `all_rules`, or if the check of one fails.
     """
-    return [rule.check for rule in all_rules().values() if rule.check is not None]
+    found: list[Finding] = []
+    for rule in all_rules().values():
+        try:
+            found += rule.check(document) if rule.check is not None else ()
+        except MemoryError:
+            raise
+        except Exception as error:  # whatever the modules of other packages raise
+            reason = f"{type(error).__name__}: {error}"
+            msg = f"the check of {rule.code}, which another package registers, failed ({reason}); upgrade or remove it"
+            raise PluginError(msg) from error
+    return found
 
 
 def rule_of(code: str) -> Rule:

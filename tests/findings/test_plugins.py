@@ -65,6 +65,16 @@ def test_another_packages_rule_is_listed_and_explained(studio):
     assert "STUDIO" not in studio("rules", "--markdown").stdout  # the page of this package's own
 
 
+def test_a_rule_whose_check_fails_is_named(mrm, installed, pair):
+    source = SQUARE.replace("material.getName().islower()", "material.islower()")
+    variables = installed("studio_rules", source, GROUP, shout="studio_rules:SHOUT")
+    said = "the check of STUDIO_NAME, which another package registers, failed (AttributeError: "
+    done = mrm("generate", pair[0], **variables)
+    assert (done.returncode, done.stderr.startswith(f"mrm: {said}")) == (2, True)
+    done = mrm("validate", pair[0], "--target", "mdl", **variables)
+    assert (done.returncode, said in done.stdout) == (1, True)
+
+
 def test_another_packages_rule_is_checked_in_worker_processes(studio, pair):
     done = studio("validate", *pair, "--target", "glsl", "--samples", "64", "--format", "json", "--select", "STUDIO")
     found = {

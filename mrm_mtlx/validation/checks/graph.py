@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 
 from mrm_mtlx.findings import rules
-from mrm_mtlx.findings.catalogue import brought_checks
+from mrm_mtlx.findings.catalogue import brought_findings
 from mrm_mtlx.findings.finding import Finding, Severity
 from mrm_mtlx.validation.checks.color_spaces import check_color_spaces
 from mrm_mtlx.validation.checks.connections import check_connection, check_graph_output
@@ -43,8 +43,7 @@ def check_graph(document: mx.Document) -> list[Finding]:
     findings += check_size(document)
     findings += check_color_spaces(document)
     findings += check_scope(document)
-    for check in brought_checks():
-        findings += check(document)
+    findings += brought_findings(document)
     if not valid:
         explained = any(f.severity is Severity.ERROR for f in findings)
         findings += messages_of_validation(document, messages, explained=explained)
