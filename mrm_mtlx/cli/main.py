@@ -122,7 +122,8 @@ def _tell(death: supervision.Death) -> int:
 def _report(error: Any) -> int:
     """Show a usage error as such, anything else as an internal error in one line."""
     if hasattr(error, "show") and hasattr(error, "exit_code"):
-        error.message = printable(str(error.message))  # it may name what a document says
+        if not usage.is_help(error):
+            error.message = printable(str(error.message))  # it may name what a document says
         error.show()
         return int(error.exit_code)
     from mrm_mtlx.cli.console import Terminal

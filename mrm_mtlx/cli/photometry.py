@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
 
 def photometry(
     paths: Annotated[
-        list[Path] | None, typer.Argument(metavar="DOC...", help="Documents, or folders of documents.")
+        list[Path] | None, typer.Argument(metavar="DOC", help="Documents, or folders of documents.")
     ] = None,
     standard: Annotated[
         str | None, typer.Option("--standard", metavar="NAME", help="A standard; 'list' prints all, with sources.")

@@ -34,6 +34,12 @@ def called(hint: Any) -> str:
     return str(info.metavar) if isinstance(info, ArgumentInfo) else ""
 
 
+def is_help(error: Any) -> bool:
+    """True if the message is the help, of a command of which nothing was asked."""
+    context = getattr(error, "ctx", None)
+    return context is not None and error.message == context.get_help()
+
+
 def reword(error: Any) -> None:
     """Say of a value that is of the wrong type what was expected, and name the option as all other messages do."""
     parameter, context = getattr(error, "param", None), getattr(error, "ctx", None)
