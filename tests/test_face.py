@@ -230,6 +230,27 @@ def test_a_wrong_argument_is_a_value_error_that_names_it(metal: Any) -> None:
         (lambda: mrm.plot(light=[99.0]), "light"),
         (lambda: mrm.check([]), "paths"),
         (lambda: mrm.render(metal, environment="nowhere.exr"), "environment"),
+        (lambda: mrm.render(metal, environment=3), "environment"),  # type: ignore[arg-type]
+        (lambda: mrm.validate(metal, samples="256"), "samples"),  # type: ignore[arg-type]
+        (lambda: mrm.validate(metal, samples=256.0), "samples"),  # type: ignore[arg-type]
+        (lambda: mrm.validate(metal, timeout="1"), "timeout"),  # type: ignore[arg-type]
+        (lambda: mrm.check(3), "paths"),  # type: ignore[arg-type]
+        (lambda: mrm.check([None]), "paths"),  # type: ignore[list-item]
+        (lambda: mrm.check(metal, jobs=None), "jobs"),  # type: ignore[arg-type]
+        (lambda: mrm.open_document(None), "path"),  # type: ignore[arg-type]
+        (lambda: mrm.generate([metal]), "path"),  # type: ignore[arg-type]
+        (lambda: mrm.generate(metal, target=None), "target"),  # type: ignore[arg-type]
+        (lambda: mrm.generate(metal, osl_mode="cycles"), "osl_mode"),
+        (lambda: mrm.generate(metal, osl_mode=["aligned"]), "osl_mode"),  # type: ignore[arg-type]
+        (lambda: mrm.render(metal, size="64"), "size"),  # type: ignore[arg-type]
+        (lambda: mrm.render(metal, light=None), "light"),  # type: ignore[arg-type]
+        (lambda: mrm.render(metal, exposure="1"), "exposure"),  # type: ignore[arg-type]
+        (lambda: mrm.plot_figures(3, output="a.svg"), "figure"),  # type: ignore[arg-type]
+        (lambda: mrm.plot_figures(2, output="a.txt"), "output"),
+        (lambda: mrm.convert(metal, None), "output"),  # type: ignore[arg-type]
+        (lambda: mrm.photometry(metal, observation=["0.2"]), "observation"),  # type: ignore[list-item]
+        (lambda: mrm.photometry(metal, area="10"), "area"),  # type: ignore[arg-type]
+        (lambda: mrm.plot(light="45"), "light"),  # type: ignore[arg-type]
     ):
         with pytest.raises(mrm.ArgumentError) as caught:
             call()
@@ -246,6 +267,8 @@ def test_what_takes_several_takes_one_without_a_list(metal: Any, documents: Any)
     assert mrm.check(folder, ignore="DOC_CYCLE").findings == []
     assert str(mrm.plot(model="lambert", light=20)) == str(mrm.plot(model="lambert", light=[20]))
     assert list(mrm.validate(metal, target="mdl").documents[0].renderables[0].targets) == ["mdl"]
+    several = str(mrm.fit(ra=[(0.2, -4.0, 250.0)]))
+    assert str(mrm.fit(ra=(0.2, -4.0, 250.0))) == str(mrm.fit(ra="0.2:-4:250")) == several
     one = mrm.photometry(metal, observation=0.2, entrance=-4, rotation=0.0)
     assert str(one) == str(mrm.photometry(metal, observation=[0.2], entrance=[-4], rotation=[0.0]))
 

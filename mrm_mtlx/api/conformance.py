@@ -8,7 +8,7 @@ from mrm_mtlx.api.errors import UnavailableError
 from mrm_mtlx.api.generate import check_targets
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.validate import FEWEST_SAMPLES, MOST_SAMPLES
-from mrm_mtlx.system.arguments import check_choice, check_range
+from mrm_mtlx.system.arguments import check_choice, check_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,8 +54,8 @@ def conformance(
     from mrm_mtlx.system.versions import versions
     from mrm_mtlx.validation.runner import engines
 
-    check_range("samples", samples, FEWEST_SAMPLES, MOST_SAMPLES)
-    check_range("seed", seed, 0)
+    check_whole("samples", samples, FEWEST_SAMPLES, MOST_SAMPLES)
+    check_whole("seed", seed, 0)
     check_choice("library", library, tuple(Origin))
     chosen = check_targets(target, targets())
     try:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToConvertError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import OpenDocument, PathLike, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_choice
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, path_of
 from mrm_mtlx.system.writing import check_folder
 
 if TYPE_CHECKING:
@@ -95,14 +95,14 @@ def convert(
     from mrm_mtlx.formats.format import Capability
     from mrm_mtlx.formats.registry import format_of
 
-    target = Path(output)
+    target = path_of("output", output)
     check_folder(target)
     written = _format_for(path, target, to)
     if force and not written.writes_beside:
         msg = "this format has no files beside OUTPUT, which is replaced"
         raise ArgumentError(msg, "force")
     if not isinstance(path, OpenDocument):
-        source = format_of(Path(path))
+        source = format_of(path_of("path", path))
         if source is not None and not source.can(Capability.READ) and source.can(Capability.COEFFICIENTS):
             return _fitted(Path(path), source, target, written, options, listener)
     chosen = _options(written, path, options)
@@ -140,7 +140,7 @@ def compare(
     from mrm_mtlx.formats.format import Capability
     from mrm_mtlx.formats.registry import format_of, formats_that
 
-    known = (format_of(Path(file)), *formats_that(Capability.COMPARE))
+    known = (format_of(path_of("file", file)), *formats_that(Capability.COMPARE))
     compared = next(one for one in known if one is not None and one.can(Capability.COMPARE))
     chosen = _options(compared, path, options)
     opened = open_document(path, root=root, listener=listener)
@@ -158,7 +158,7 @@ def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None) -> 
     if found is None:
         msg = f"{output}: expected a name that ends in {', '.join(suffixes(Capability.WRITE))}, or `to`"
         raise ArgumentError(msg, "output")
-    source = path.path if isinstance(path, OpenDocument) else Path(path)
+    source = path.path if isinstance(path, OpenDocument) else path_of("path", path)
     if output.exists() and source.exists() and output.samefile(source):
         msg = f"{output} is the file to be read"
         raise ArgumentError(msg, "output")

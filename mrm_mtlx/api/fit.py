@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from mrm_mtlx.api.errors import DataError
 from mrm_mtlx.api.listener import SILENT, Listener
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_positive, check_range, refuse
+from mrm_mtlx.system.arguments import (
+    ArgumentError,
+    check_choice,
+    check_positive,
+    check_whole,
+    one_or_more,
+    path_of,
+    refuse,
+)
 from mrm_mtlx.system.shown import Shown
 from mrm_mtlx.system.text import printable
 
@@ -72,7 +81,7 @@ class FittedMaterial(Shown):
 def fit(
     data: PathLike | Measurement | CoefficientSamples | None = None,
     *,
-    ra: Sequence[Coefficient] = (),
+    ra: Coefficient | Sequence[Coefficient] = (),
     model: Literal["auto", "paper"] | None = None,
     criterion: Literal["bic", "aicc"] | None = None,
     residual: Literal["log", "root", "linear"] | None = None,
@@ -99,7 +108,7 @@ def fit(
     data
         A file (CSV table, ALTA text, MERL binary), or what was read of one.
     ra
-        Coefficients in its place: (observation, entrance, R_A), in degrees and cd/(lx m^2), or "0.2:-4:250".
+        Coefficients in its place, or one: (observation, entrance, R_A), in degrees and cd/(lx m^2), or "0.2:-4:250".
     model
         "auto": the layers that the data ask for; "paper": one lobe. Default: auto.
     criterion
@@ -152,7 +161,8 @@ def fit(
         from mrm_mtlx.plots.style import check_picture
 
         check_picture(Path(plot), "plot")
-    measured, source = _data(data, ra, target)
+    coefficients = _coefficients(ra)
+    measured, source = _data(data, coefficients, target)
     from mrm_mtlx.fitting.given import tints
     from mrm_mtlx.measured import CoefficientSamples
 
@@ -163,7 +173,7 @@ def fit(
     else:
         refuse(of_coefficients, "only for coefficients; BRDF samples have their own colour")
         report = _fit_measurement(measured, source, of_data, options, criterion or "bic", listener)
-    command = _command(source, data, ra, {**of_data, **of_coefficients, **of_both}, seed)
+    command = _command(source, data, coefficients, {**of_data, **of_coefficients, **of_both}, seed)
     found = FittedMaterial(report, _document(report, name or _stem(target, source), command), target)
     if target is not None:
         from mrm_mtlx.system.writing import write_text
@@ -249,14 +259,21 @@ def _check(of_data: Mapping[str, Any], of_both: Mapping[str, Any], seed: int) ->
     for argument in ("theta_max", "around"):
         check_positive(argument, of_data[argument])
     check_positive("loss_scale", of_both["loss_scale"])
-    check_range("seed", seed, 0)
+    check_whole("seed", seed, 0)
+
+
+def _coefficients(ra: Coefficient | Sequence[Coefficient]) -> list[Coefficient]:
+    """Coefficients, of one or more; one that is three numbers is no list of three."""
+    given: tuple[Any, ...] = one_or_more(cast("Any", ra))
+    one = bool(given) and all(isinstance(number, Real) for number in given)
+    return [cast("Coefficient", given)] if one else list(given)
 
 
 def _document_path(output: PathLike | None) -> Path | None:
     """The file that a document is written to; its name may not promise something else."""
     if output is None:
         return None
-    path = Path(output)
+    path = path_of("output", output)
     if path.suffix.lower() not in ("", ".mtlx"):
         msg = f"{path}: a MaterialX document is written; expected a name that ends in .mtlx"
         raise ArgumentError(msg, "output")
@@ -283,7 +300,7 @@ def _data(
         return coefficient_samples(ra), "coefficients of retroreflection"
     if isinstance(data, Measurement | CoefficientSamples):
         return data, data.name or "data"
-    path = Path(data)
+    path = path_of("data", data)
     if output is not None and output.exists() and path.exists() and output.samefile(path):
         msg = f"{output} is the data; name another file"
         raise ArgumentError(msg, "output")

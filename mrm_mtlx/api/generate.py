@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more, refuse
 from mrm_mtlx.system.shown import Shown
 from mrm_mtlx.system.text import plural
 
@@ -68,7 +68,7 @@ def generate(
     target: str = "glsl",
     element: str | None = None,
     output: PathLike | None = None,
-    osl_mode: OslModeName = "aligned",
+    osl_mode: OslModeName | None = None,
     library: LibraryName = "mrm",
     root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
@@ -86,7 +86,7 @@ def generate(
     output
         A folder to write one file per stage into, if any.
     osl_mode
-        How OSL makes a retroreflective lobe; see docs/osl.md.
+        How OSL makes a retroreflective lobe, with that target; see docs/osl.md. Default: aligned.
     library
         Whose implementation of the flag: this project's or MaterialX's ("upstream").
     root
@@ -107,11 +107,14 @@ def generate(
 
     check_targets([target])
     check_choice("osl_mode", osl_mode, tuple(OslMode))
+    if target != "osl":
+        refuse({"osl_mode": osl_mode}, "only with `target` osl")
     opened = open_document(path, element=element, library=library, root=root, listener=listener)
+    mode = OslMode(osl_mode or "aligned")
     shaders: dict[str, Shader] = {}
     for name in opened.elements:
         try:
-            shaders[name] = generate_shader(opened.element(name), target, opened.library, OslMode(osl_mode))
+            shaders[name] = generate_shader(opened.element(name), target, opened.library, mode)
         except GenerationError as error:
             raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
     files = {
@@ -140,7 +143,7 @@ def check_targets(names: str | Sequence[str], allowed: Sequence[str] | None = No
     names = one_or_more(names)
     unknown = [name for name in names if name not in allowed]
     if unknown:
-        msg = f"{', '.join(unknown)}: expected one of {', '.join(allowed)}"
+        msg = f"{', '.join(map(str, unknown))}: expected one of {', '.join(allowed)}"
         raise ArgumentError(msg, "target")
     return tuple(dict.fromkeys(names)) or tuple(allowed)
 

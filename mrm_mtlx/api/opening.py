@@ -8,12 +8,12 @@ import shutil
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRenderError, ShaderError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.system import child
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more, refuse
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more, path_of, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -168,7 +168,7 @@ def open_document(
 
     check_choice("library", library, ("mrm", "upstream"))
     roots = folders(root)
-    path = Path(path)
+    path = path_of("path", path)
     child.opening(path)
     if path.is_dir():
         msg = f"{path} is a folder; name one document"
@@ -207,17 +207,17 @@ def documents_of(
 
 def _several(paths: PathLike | OpenDocument | Sequence[PathLike | OpenDocument]) -> list[Path | OpenDocument]:
     """Paths as a list, of one or more."""
-    listed = [paths] if isinstance(paths, str | os.PathLike | OpenDocument) else paths
-    return [one if isinstance(one, OpenDocument) else Path(one) for one in listed]
+    listed: tuple[Any, ...] = one_or_more(cast("Any", paths))
+    return [one if isinstance(one, OpenDocument) else path_of("paths", one) for one in listed]
 
 
 def paths_of(paths: PathLike | Sequence[PathLike]) -> list[Path]:
     """Paths, of one or more."""
-    listed = [paths] if isinstance(paths, str | os.PathLike) else paths
+    listed = one_or_more(paths)
     if not listed:
         msg = "expected a document or a folder"
         raise ArgumentError(msg, "paths")
-    return [Path(path) for path in listed]
+    return [path_of("paths", path) for path in listed]
 
 
 def folders(root: PathLike | Sequence[PathLike]) -> tuple[Path, ...]:
@@ -228,7 +228,7 @@ def folders(root: PathLike | Sequence[PathLike]) -> tuple[Path, ...]:
     ArgumentError
         If one does not.
     """
-    found = tuple(map(Path, one_or_more(root)))
+    found = tuple(path_of("root", folder) for folder in one_or_more(root))
     for folder in found:
         if not folder.is_dir():
             msg = f"{folder}: expected a folder that exists"

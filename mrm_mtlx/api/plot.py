@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from mrm_mtlx.api.errors import NoValueError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import OpenDocument, PathLike, open_document
-from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, one_or_more, refuse
+from mrm_mtlx.system.arguments import ArgumentError, check_angles, check_choice, one_or_more, path_of, refuse
 from mrm_mtlx.system.shown import Shown
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def plot(
         "ior": ior, "extinction": extinction, "color0": color0, "color82": color82, "color90": color90, "color": color,
         "ordinary": ordinary, "retroreflective": retroreflective,
     }  # fmt: skip
-    target = None if output is None else Path(output)
+    target = None if output is None else path_of("output", output)
     if target is not None:
         from mrm_mtlx.plots.style import check_picture
 
@@ -171,7 +171,7 @@ def plot(
 
 
 def plot_figures(
-    figure: Literal["2", "4", "all"],
+    figure: Literal["2", "4", 2, 4, "all"],
     *,
     output: PathLike,
     measured: PathLike | None = None,
@@ -195,10 +195,11 @@ def plot_figures(
     ArgumentError
         If the call is wrong, or a file cannot be read or written.
     """
-    check_choice("figure", figure, FIGURES)
-    if figure == "2":
+    wanted = str(figure)
+    check_choice("figure", wanted, FIGURES)
+    if wanted == "2":
         refuse({"measured": measured}, "only with `figure` 4, which has measured points")
-    files = _figure_files(figure, Path(output))
+    files = _figure_files(wanted, path_of("output", output))
     from mrm_mtlx.measured import read_alta
     from mrm_mtlx.plots import drawing, paper
 

@@ -11,7 +11,7 @@ from mrm_mtlx.api.errors import UnavailableError
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
 from mrm_mtlx.system import child
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_range, refuse
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_range, check_whole, path_of, refuse
 from mrm_mtlx.system.writing import check_folder
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def render(
     """
     from mrm_mtlx.shadergen import OslMode
 
-    target = None if output is None else Path(output)
+    target = None if output is None else path_of("output", output)
     if target is not None:
         _check_output(target, "output")
     _check_numbers(size, exposure, paths, seed)
@@ -238,9 +238,9 @@ class _Job:
 
         shape, angle, size, compare = self.scene
         try:
-            environment = None if self.environment is None else read_image(Path(self.environment))
+            environment = None if self.environment is None else read_image(path_of("environment", self.environment))
         except ValueError as error:
-            raise ArgumentError(str(error), "environment") from error
+            raise ArgumentError(getattr(error, "message", str(error)), "environment") from error
         return PictureOptions(str(shape), angle, size, environment, compare)
 
     def _traced(self, options: PictureOptions, paths: int, seed: int, mode: str) -> NDArray[np.floating]:
@@ -291,12 +291,11 @@ def _check_output(path: Path, argument: str) -> None:
 
 
 def _check_numbers(size: int, exposure: float | None, paths: int | None, seed: int) -> None:
-    check_range("size", size, SMALLEST, LARGEST)
-    check_range("paths", DEFAULT_PATHS if paths is None else paths, 1, MOST_PATHS)
-    check_range("seed", seed, 0)
-    if exposure is not None and not -100.0 <= exposure <= 100.0:
-        msg = f"{exposure}: expected -100 to 100 stops"
-        raise ArgumentError(msg, "exposure")
+    check_whole("size", size, SMALLEST, LARGEST)
+    check_whole("paths", DEFAULT_PATHS if paths is None else paths, 1, MOST_PATHS)
+    check_whole("seed", seed, 0)
+    if exposure is not None:
+        check_range("exposure", exposure, -100.0, 100.0)
 
 
 def _light_angle(light: str | float) -> float | None:
@@ -305,7 +304,7 @@ def _light_angle(light: str | float) -> float | None:
         return None
     try:
         angle = float(light)
-    except ValueError:
+    except (TypeError, ValueError):
         msg = f"'{light}': expected headlight or an angle in degrees"
         raise ArgumentError(msg, "light") from None
     if not -180.0 <= angle <= 180.0:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.api.generate import check_targets
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, PathLike, folders, paths_of
-from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_range, one_or_more
+from mrm_mtlx.system.arguments import ArgumentError, check_choice, check_range, check_whole, one_or_more
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
 if TYPE_CHECKING:
@@ -81,8 +81,8 @@ def validate(
     from mrm_mtlx.validation import runner
     from mrm_mtlx.validation.screen import ValidationReport
 
-    check_range("samples", samples, FEWEST_SAMPLES, MOST_SAMPLES)
-    check_range("seed", seed, 0)
+    check_whole("samples", samples, FEWEST_SAMPLES, MOST_SAMPLES)
+    check_whole("seed", seed, 0)
     options = replace(
         _options(select, ignore, jobs, timeout, library, root, exclude),
         targets=check_targets(target),
@@ -142,7 +142,7 @@ def _options(
     from mrm_mtlx.library import Origin
     from mrm_mtlx.validation.options import ValidationOptions
 
-    check_range("jobs", jobs, 0)
+    check_whole("jobs", jobs, 0)
     check_range("timeout", timeout, SHORTEST_TIMEOUT_S)
     check_choice("library", library, tuple(Origin))
     return ValidationOptions(

@@ -28,8 +28,12 @@ def generate(
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write one file per stage into this folder.")
     ] = None,
     osl_mode: Annotated[
-        OslModeName, typer.Option("--osl-mode", help="How OSL makes a retroreflective lobe; see docs/osl.md.")
-    ] = OslModeName.ALIGNED,
+        OslModeName | None,
+        typer.Option(
+            "--osl-mode",
+            help="How OSL makes a retroreflective lobe, with --target osl; see docs/osl.md. Default: aligned.",
+        ),
+    ] = None,
     library: Library = Implementation.MRM,
     root: Roots = None,
     timeout: Timeout = TIME_LIMIT_S,
@@ -44,7 +48,7 @@ def generate(
         target=target,
         element=element,
         output=output,
-        osl_mode=osl_mode.value,
+        osl_mode=osl_mode.value if osl_mode else None,
         library=library.value,
         root=root or (),
         listener=Terminal(),

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-from numbers import Real
+from collections.abc import Iterable
+from numbers import Integral, Real
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from mrm_mtlx.system.text import shown
+
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
 T = TypeVar("T", bound="str | float | os.PathLike[str]")
 
@@ -33,15 +37,17 @@ class ArgumentError(ValueError):
         return type(self), (self.message, self.argument)
 
 
-def one_or_more(given: T | Iterable[T]) -> tuple[T, ...]:
-    """The values of an argument that takes several, or one without a list around it.
+def one_or_more(given: T | Iterable[T] | None) -> tuple[T, ...]:
+    """The values of an argument that takes several, or one without a list around it; of None none.
 
     Examples
     --------
     >>> one_or_more("glsl"), one_or_more(["glsl", "osl"]), one_or_more(0.2)
     (('glsl',), ('glsl', 'osl'), (0.2,))
     """
-    one = isinstance(given, str | Real | os.PathLike)
+    if given is None:
+        return ()
+    one = isinstance(given, str | bytes | os.PathLike) or not isinstance(given, Iterable)
     return (cast("T", given),) if one else tuple(cast("Iterable[T]", given))
 
 
@@ -57,29 +63,56 @@ def refuse(given: Mapping[str, Any], why: str) -> None:
 
 def check_choice(argument: str, value: str | None, choices: Collection[str]) -> None:
     """Raise an ArgumentError unless a value is one of the choices, or None."""
-    if value is not None and value not in choices:
-        msg = f"'{value}': expected one of {', '.join(choices)}"
+    if value is not None and not (isinstance(value, str) and value in choices):
+        msg = f"{_shown(value)}: expected one of {', '.join(choices)}"
         raise ArgumentError(msg, argument)
 
 
 def check_range(argument: str, value: float, lower: float, upper: float = math.inf) -> None:
     """Raise an ArgumentError unless a number is within bounds, which belong to it."""
-    if not lower <= value <= upper:
-        expected = f"{lower:.10g} or more" if upper == math.inf else f"{lower:.10g} to {upper:.10g}"
-        msg = f"{value:g}: expected {expected}"
-        raise ArgumentError(msg, argument)
+    if not (isinstance(value, Real) and lower <= value <= upper):
+        raise ArgumentError(_expected(value, Real, lower, upper), argument)
+
+
+def check_whole(argument: str, value: int, lower: int, upper: float = math.inf) -> None:
+    """Raise an ArgumentError unless a number is whole, and within bounds, which belong to them."""
+    if not (isinstance(value, Integral) and lower <= value <= upper):
+        raise ArgumentError(_expected(value, Integral, lower, upper), argument)
 
 
 def check_positive(argument: str, value: float | None) -> None:
     """Raise an ArgumentError unless a number is finite and above 0, or None."""
-    if value is not None and not 0.0 < value < math.inf:
-        msg = f"{value:g}: expected a number above 0"
+    if value is not None and not (isinstance(value, Real) and 0.0 < value < math.inf):
+        msg = f"{_shown(value)}: expected a number above 0"
         raise ArgumentError(msg, argument)
 
 
 def check_angles(argument: str, angles: Sequence[float], lower: float, upper: float) -> None:
     """Raise an ArgumentError unless all angles [degrees] are within bounds, which belong to them."""
     for angle in angles:
-        if not lower <= angle <= upper:
-            msg = f"{angle:g}: expected an angle from {lower:g} to {upper:g} degrees"
+        if not (isinstance(angle, Real) and lower <= angle <= upper):
+            msg = f"{_shown(angle)}: expected an angle from {lower:g} to {upper:g} degrees"
             raise ArgumentError(msg, argument)
+
+
+def path_of(argument: str, value: str | os.PathLike[str]) -> Path:
+    """A path; an ArgumentError for what is none."""
+    try:
+        return Path(value)
+    except TypeError:
+        msg = f"{_shown(value)}: expected a path"
+        raise ArgumentError(msg, argument) from None
+
+
+def _expected(value: Any, kind: type, lower: float, upper: float) -> str:
+    """A number that is wrong, and those that are right; their kind as well if it is of another."""
+    bounds = f"{lower:.10g} or more" if upper == math.inf else f"{lower:.10g} to {upper:.10g}"
+    name = "" if isinstance(value, kind) else "a whole number, " if kind is Integral else "a number, "
+    return f"{_shown(value) if isinstance(value, kind) else shown(repr(value), '')}: expected {name}{bounds}"
+
+
+def _shown(value: Any) -> str:
+    """A value that is wrong, as a message has it."""
+    if isinstance(value, str):
+        return shown(str(value))
+    return f"{value:g}" if isinstance(value, Real) else shown(repr(value), "")

@@ -14,7 +14,9 @@ from mrm_mtlx.system.arguments import (
     check_choice,
     check_positive,
     check_range,
+    check_whole,
     one_or_more,
+    path_of,
     refuse,
 )
 
@@ -27,6 +29,15 @@ from mrm_mtlx.system.arguments import (
         (lambda: check_choice("a", "x", ("y", "z")), "a: 'x': expected one of y, z"),
         (lambda: check_range("a", 3, 4), "a: 3: expected 4 or more"),
         (lambda: check_range("a", float("nan"), 4, 1 << 22), "a: nan: expected 4 to 4194304"),
+        (lambda: check_range("a", "3", 4), "a: '3': expected a number, 4 or more"),
+        (lambda: check_whole("a", 3, 4), "a: 3: expected 4 or more"),
+        (lambda: check_whole("a", 6.0, 4, 8), "a: 6.0: expected a whole number, 4 to 8"),
+        (lambda: check_whole("a", None, 4), "a: None: expected a whole number, 4 or more"),
+        (lambda: check_choice("a", ["y"], {"y": 1}), "a: ['y']: expected one of y"),
+        (lambda: check_positive("a", "1"), "a: '1': expected a number above 0"),
+        (lambda: check_angles("a", ["1"], -90.0, 90.0), "a: '1': expected an angle from -90 to 90 degrees"),
+        (lambda: path_of("a", ["b"]), "a: ['b']: expected a path"),
+        (lambda: path_of("a", b"b"), "a: b'b': expected a path"),
         (lambda: check_positive("a", 0.0), "a: 0: expected a number above 0"),
         (lambda: check_positive("a", float("inf")), "a: inf: expected a number above 0"),
         (lambda: check_angles("a", [3.0, 91.0], -90.0, 90.0), "a: 91: expected an angle from -90 to 90 degrees"),
@@ -50,6 +61,9 @@ def test_what_is_right_or_not_given_passes():
     check_choice("a", None, ("y",))
     check_choice("a", "y", ("y",))
     check_range("a", 4, 4, 4)
+    check_whole("a", np.int64(4), 4, 4)
+    assert path_of("a", "b") == path_of("a", Path("b")) == Path("b")
+    assert one_or_more(None) == ()
     check_positive("a", None)
     check_positive("a", 1e-9)
     check_angles("a", [-90.0, 90.0], -90.0, 90.0)
