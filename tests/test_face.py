@@ -218,6 +218,18 @@ def test_a_document_that_is_broken_is_an_exception_with_its_findings(documents: 
     assert (str(copied), copied.findings) == (str(caught.value), caught.value.findings)
 
 
+def test_a_file_of_coefficients_is_the_source_of_what_is_found_in_it(
+    metal: Any, tmp_path: Any, monkeypatch: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(mrm.DocumentError) as caught:
+        mrm.convert("empty.json", "a.mtlx")
+    mrm.convert(metal, "metal.json")
+    assumed = mrm.convert("metal.json", "a.mtlx").lost
+    assert [found.source.file for found in (*caught.value.findings, *assumed)] == ["empty.json", "metal.json"]
+
+
 def test_a_wrong_argument_is_a_value_error_that_names_it(metal: Any) -> None:
     for call, argument in (
         (lambda: mrm.render(metal, shape="cube"), "shape"),  # type: ignore[arg-type]

@@ -237,17 +237,20 @@ def _fitted(
     """Write a material that has the coefficients of a file."""
     from mrm_mtlx.api.fit import fit
     from mrm_mtlx.documents.document import ReadError
+    from mrm_mtlx.documents.files import shown_path
     from mrm_mtlx.findings import rules
     from mrm_mtlx.formats.registry import MATERIALX
 
     try:
         coefficients = source.coefficients(path, _options(source, path, options))
     except ReadError as error:
-        listener.findings([error.finding])
-        raise DocumentError(error.finding.message, (error.finding,)) from error
+        refused = error.finding.in_file(shown_path(path))
+        listener.findings([refused])
+        raise DocumentError(refused.message, (refused,)) from error
     values = ", ".join(f"{one.value:g} at {one.observation_deg:g} and {one.entrance_deg:g} deg" for one in coefficients)
     message = f"the file says no more of the material than R_A, {values}; its colours and its lobe's width are assumed"
     said = rules.INTERCHANGE_LOST.at("", message, "Give what is known besides to mrm fit --ra.")
+    said = said.in_file(shown_path(path))
     listener.findings([said])
     if written is MATERIALX:
         fit(ra=coefficients, output=output, listener=listener)

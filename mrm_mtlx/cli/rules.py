@@ -20,5 +20,8 @@ def rules(
 ) -> None:
     """List the rules, or explain those whose code starts with CODE."""
     import mrm_mtlx as mrm
+    from mrm_mtlx.system.arguments import refuse
 
+    if markdown:
+        refuse({"code": code}, "not with `markdown`, which has all rules")
     typer.echo(mrm.rules_page() if markdown else mrm.rules(code))
