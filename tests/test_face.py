@@ -164,12 +164,16 @@ def hostile_results() -> dict[str, Any]:
     found = catalogue.DOC_CYCLE.at(f"/{HOSTILE}", HOSTILE, HOSTILE)
     target = TargetResult(Stage.COMPILE, Status.SKIP, HOSTILE)
     document = DocumentResult(HOSTILE, [found], [RenderableResult(HOSTILE, {"glsl": target})])
+    from pathlib import Path
+
     from mrm_mtlx.photometry.formatting import DocumentReport
     from mrm_mtlx.photometry.report import PhotometryOptions
 
     return {
         "validation": ValidationReport({}, {}, [document]),
         "check": CheckReport([document]),
+        "opened": mrm.OpenDocument(Path(HOSTILE), (found,), (HOSTILE,), None, None),  # type: ignore[arg-type]
+        "converted": mrm.Converted(Path(HOSTILE), (found,)),
         "photometry": PhotometryReport((DocumentReport(HOSTILE, reason="broken"),), (), PhotometryOptions()),
     }
 
@@ -294,6 +298,19 @@ def test_an_open_document_serves_several_calls_and_is_not_changed(metal: Any, tm
     assert (opened.document.asString() if hasattr(opened.document, "asString") else str(opened.document)) == before
     with pytest.raises(mrm.ArgumentError, match="root: not with a document that is open"):
         mrm.generate(opened, root=[tmp_path])
+
+
+def test_what_is_opened_and_what_is_written_shows_itself_with_the_verdict_last(metal: Any, tmp_path: Any) -> None:
+    opened = mrm.open_document(metal)
+    found = catalogue.INTERCHANGE_LOST.at("/M_a", "a lobe is lost", "")
+    assert str(opened) == f"{metal}\nOPENED  1 surface: {opened.elements[0]}"
+    file = tmp_path / "a.usda"
+    assert str(mrm.Converted(file, ())) == f"WRITTEN  {file}"
+    lost, verdict = str(mrm.Converted(file, (found,))).splitlines()
+    assert (lost, verdict.startswith(f"WRITTEN  {file}")) == (f"  {found}", True)
+    broken = mrm.Converted(file, (catalogue.DOC_CYCLE.at("/M_a", "no", ""),))
+    assert not broken.complete
+    assert "without what the format cannot say" in str(broken)
 
 
 def test_a_picture_is_an_array_and_shows_itself(gl: Any, metal: Any, tmp_path: Any) -> None:

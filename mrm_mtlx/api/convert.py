@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToConvertError
 from mrm_mtlx.api.listener import SILENT, Listener
-from mrm_mtlx.api.opening import OpenDocument, PathLike, open_document
+from mrm_mtlx.api.opening import OpenDocument, PathLike, finding_lines, open_document
 from mrm_mtlx.system.arguments import ArgumentError, check_choice, path_of
+from mrm_mtlx.system.shown import Shown
+from mrm_mtlx.system.text import printable
 from mrm_mtlx.system.writing import check_folder
 
 if TYPE_CHECKING:
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
     T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Converted:
+@dataclass(frozen=True, repr=False)
+class Converted(Shown):
     """A file that was written.
 
     Attributes
@@ -50,6 +52,11 @@ class Converted:
     def complete(self) -> bool:
         """True if nothing that matters was lost in writing: no finding of `lost` is an error."""
         return not any(found.severity == "error" for found in self.lost)
+
+    def report(self) -> str:
+        """All findings, and what was written."""
+        written = f"WRITTEN  {self.path}{'' if self.complete else ', without what the format cannot say'}"
+        return "\n".join(map(printable, [*finding_lines(self.findings), written]))
 
 
 def convert(
@@ -219,13 +226,13 @@ def _evaluated(opened: OpenDocument, listener: Listener, work: Callable[[], T]) 
     DocumentError
         If one cannot be evaluated.
     """
-    from mrm_mtlx.formats import format as contract
+    from mrm_mtlx.formats.format import UnevaluatedSurfaceError, UnreadableImagesError
 
     try:
         return work()
-    except contract.NoReferenceError as error:
+    except UnevaluatedSurfaceError as error:
         raise NoReferenceError(str(error), opened.findings) from error
-    except contract.UnreadableImagesError as error:
+    except UnreadableImagesError as error:
         problems = [opened.source.in_source(found) for found in error.findings]
         listener.image_findings(problems)
         raise DocumentError(str(error), (*opened.findings, *problems)) from error

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.api.opening import PathLike
     from mrm_mtlx.fitting.class_report import ClassFit
     from mrm_mtlx.fitting.fit import FitOptions
-    from mrm_mtlx.fitting.given import Coefficient, Color
+    from mrm_mtlx.fitting.given import CoefficientLike, Color
     from mrm_mtlx.fitting.report import FitReport
     from mrm_mtlx.measured import CoefficientSamples, Measurement
 
@@ -81,7 +81,7 @@ class FittedMaterial(Shown):
 def fit(
     data: PathLike | Measurement | CoefficientSamples | None = None,
     *,
-    ra: Coefficient | Sequence[Coefficient] = (),
+    ra: CoefficientLike | Sequence[CoefficientLike] = (),
     model: Literal["auto", "paper"] | None = None,
     criterion: Literal["bic", "aicc"] | None = None,
     residual: Literal["log", "root", "linear"] | None = None,
@@ -262,11 +262,11 @@ def _check(of_data: Mapping[str, Any], of_both: Mapping[str, Any], seed: int) ->
     check_whole("seed", seed, 0)
 
 
-def _coefficients(ra: Coefficient | Sequence[Coefficient]) -> list[Coefficient]:
+def _coefficients(ra: CoefficientLike | Sequence[CoefficientLike]) -> list[CoefficientLike]:
     """Coefficients, of one or more; one that is three numbers is no list of three."""
     given: tuple[Any, ...] = one_or_more(cast("Any", ra))
     one = bool(given) and all(isinstance(number, Real) for number in given)
-    return [cast("Coefficient", given)] if one else list(given)
+    return [cast("CoefficientLike", given)] if one else list(given)
 
 
 def _document_path(output: PathLike | None) -> Path | None:
@@ -287,7 +287,7 @@ def _options(loss: str | None, scale: float | None, seed: int, default: str) -> 
 
 
 def _data(
-    data: PathLike | Measurement | CoefficientSamples | None, ra: Sequence[Coefficient], output: Path | None
+    data: PathLike | Measurement | CoefficientSamples | None, ra: Sequence[CoefficientLike], output: Path | None
 ) -> tuple[Measurement | CoefficientSamples, str]:
     """The data that are fitted, and their name."""
     from mrm_mtlx.fitting.given import coefficient_samples
@@ -356,7 +356,7 @@ def _fit_coefficients(
         raise DataError(str(error)) from error
 
 
-def _command(source: str, data: Any, ra: Sequence[Coefficient], options: Mapping[str, Any], seed: int) -> str:
+def _command(source: str, data: Any, ra: Sequence[CoefficientLike], options: Mapping[str, Any], seed: int) -> str:
     """The command line that fits the same, without its paths' folders and without where it wrote."""
     from mrm_mtlx.fitting.given import text
 

@@ -14,6 +14,8 @@ from mrm_mtlx.api.errors import DocumentError, NoReferenceError, NothingToRender
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.system import child
 from mrm_mtlx.system.arguments import ArgumentError, check_choice, one_or_more, path_of, refuse
+from mrm_mtlx.system.shown import Shown
+from mrm_mtlx.system.text import plural, printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,8 +31,8 @@ LibraryName: TypeAlias = Literal["mrm", "upstream"]
 PathLike: TypeAlias = str | os.PathLike[str]
 
 
-@dataclass(frozen=True, eq=False)
-class OpenDocument:
+@dataclass(frozen=True, eq=False, repr=False)
+class OpenDocument(Shown):
     """A document that was read and checked. Its elements live as long as it is held.
 
     Attributes
@@ -47,8 +49,13 @@ class OpenDocument:
     path: Path
     findings: tuple[Finding, ...]
     elements: tuple[str, ...]
-    source: Document = field(repr=False)
-    library: DataLibrary = field(repr=False)
+    source: Document
+    library: DataLibrary
+
+    def report(self) -> str:
+        """Its findings, and the names of its elements."""
+        opened = f"OPENED  {plural(len(self.elements), 'surface')}: {', '.join(self.elements)}"
+        return "\n".join(map(printable, [str(self.path), *finding_lines(self.findings), opened]))
 
     @property
     def document(self) -> Any:
@@ -259,6 +266,11 @@ def _read(path: Path, roots: tuple[Path, ...], library: DataLibrary) -> tuple[Do
     # What else USD thinks of a stage is for `mrm validate`: here its materials are used.
     told = capped(found for found in findings if not found.rule.of_host)
     return source if usable else None, [source.in_source(found) for found in told]
+
+
+def finding_lines(findings: Sequence[Finding]) -> list[str]:
+    """A line for each finding, as reports of an open or a written document have it."""
+    return [f"  {found}" for found in findings]
 
 
 def _first(path: Path, findings: Sequence[Finding]) -> str:

@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mrm_mtlx.measured import CoefficientSamples
+from mrm_mtlx.measured import Coefficient, CoefficientSamples
 from mrm_mtlx.system.arguments import ArgumentError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-# Observation and entrance angle [degrees], and R_A [cd/(lx m^2)]; or their text with colons between.
-Coefficient: TypeAlias = str | tuple[float, float, float]
+# The three numbers of a `measured.Coefficient`; or their text with colons between.
+CoefficientLike: TypeAlias = str | tuple[float, float, float]
 # Linear Rec.709; or the text of the numbers with commas between.
 Color: TypeAlias = str | tuple[float, float, float]
 # Largest R_A that is taken [cd/(lx m^2)]: full cube corners at 0.1 degrees stay below a hundredth of it.
 LARGEST_RA = 1e6
 
 
-def coefficient_samples(given: Sequence[Coefficient]) -> CoefficientSamples:
+def coefficient_samples(given: Sequence[CoefficientLike]) -> CoefficientSamples:
     """Coefficients to be fitted.
 
     Raises
@@ -32,7 +32,7 @@ def coefficient_samples(given: Sequence[Coefficient]) -> CoefficientSamples:
     return CoefficientSamples("", np.deg2rad(observation), np.deg2rad(entrance), np.zeros(len(given)), value)
 
 
-def _coefficient(given: Coefficient) -> tuple[float, float, float]:
+def _coefficient(given: CoefficientLike) -> Coefficient:
     try:
         observation, entrance, value = _numbers(given, ":")
     except (TypeError, ValueError):
@@ -42,7 +42,7 @@ def _coefficient(given: Coefficient) -> tuple[float, float, float]:
         expected = "angles of 0 to 90 and -90 to 90 degrees, and an R_A above 0 (at most 1e6)"
         msg = f"'{text(given, ':')}': expected {expected}"
         raise ArgumentError(msg, "ra")
-    return observation, entrance, value
+    return Coefficient(observation, entrance, value)
 
 
 def tints(tint: Color | None, base: Color | None) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

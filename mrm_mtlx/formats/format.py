@@ -6,7 +6,7 @@ import errno
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.files import Reach
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.documents.document import Document
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
+    from mrm_mtlx.measured import Coefficient
 
 
 class NothingToWriteError(ValueError):
@@ -30,7 +31,7 @@ class NothingToWriteError(ValueError):
         self.findings = findings
 
 
-class NoReferenceError(Exception):
+class UnevaluatedSurfaceError(Exception):
     """A surface has values that the format needs, and that the reference cannot evaluate."""
 
 
@@ -40,14 +41,6 @@ class UnreadableImagesError(Exception):
     def __init__(self, findings: list[Finding]) -> None:
         super().__init__("; ".join(found.message for found in findings))
         self.findings = findings
-
-
-class Coefficient(NamedTuple):
-    """A coefficient of retroreflection: the angles that R_A is taken at [degrees], and R_A [cd/(lx m^2)]."""
-
-    observation_deg: float
-    entrance_deg: float
-    value: float
 
 
 class Comparison(Protocol):
@@ -177,7 +170,7 @@ class Format:
             If a file that the document names may not be copied.
         NothingToWriteError
             If there is nothing in the document that the format can say, with the reasons.
-        NoReferenceError, UnreadableImagesError
+        UnevaluatedSurfaceError, UnreadableImagesError
             If values of a surface cannot be evaluated.
         ArgumentError
             If an option is wrong.
@@ -193,7 +186,7 @@ class Format:
 
         Raises
         ------
-        NoReferenceError, UnreadableImagesError, ArgumentError
+        UnevaluatedSurfaceError, UnreadableImagesError, ArgumentError
             As `write`; ArgumentError also if the file, which is the argument `compare`, is wrong.
         """
         compared: Comparison = self._module.compare(document, path, *self._given(options))

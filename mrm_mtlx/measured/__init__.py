@@ -6,8 +6,8 @@ converted by its reader.
 
 from mrm_mtlx.measured.alta import read_alta
 from mrm_mtlx.measured.any_format import read
-from mrm_mtlx.measured.measurement import CoefficientSamples, Measurement
+from mrm_mtlx.measured.measurement import Coefficient, CoefficientSamples, Measurement
 from mrm_mtlx.measured.merl import read_merl
 from mrm_mtlx.measured.table import read_table
 
-__all__ = ["CoefficientSamples", "Measurement", "read", "read_alta", "read_merl", "read_table"]
+__all__ = ["Coefficient", "CoefficientSamples", "Measurement", "read", "read_alta", "read_merl", "read_table"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -82,6 +82,14 @@ class Measurement:
         """Some of the samples, by a mask or by indices."""
         arrays = ("theta_l", "theta_v", "dphi", "f")
         return replace(self, **{name: getattr(self, name)[where] for name in arrays})
+
+
+class Coefficient(NamedTuple):
+    """A coefficient of retroreflection: the angles that R_A is taken at [degrees], and R_A [cd/(lx m^2)]."""
+
+    observation_deg: float
+    entrance_deg: float
+    value: float
 
 
 @dataclass(frozen=True)

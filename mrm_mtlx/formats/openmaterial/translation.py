@@ -11,7 +11,7 @@ from mrm_mtlx import __version__
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.findings import rules
-from mrm_mtlx.formats.format import Coefficient, NoReferenceError, UnreadableImagesError
+from mrm_mtlx.formats.format import UnevaluatedSurfaceError, UnreadableImagesError
 from mrm_mtlx.formats.openmaterial import block
 from mrm_mtlx.formats.openmaterial.block import (
     BLOCK,
@@ -21,6 +21,7 @@ from mrm_mtlx.formats.openmaterial.block import (
     OpenMaterialFile,
     RetroreflectivityData,
 )
+from mrm_mtlx.measured import Coefficient
 from mrm_mtlx.photometry import coefficient, luminance, surface_brdf
 from mrm_mtlx.reference import Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
@@ -183,7 +184,7 @@ def _brdf(document: Document, name: str | None) -> Brdf:
         brdf = surface_brdf(Surface(elements[name], images=images))
     except (UnsupportedError, RecursionError) as error:
         msg = f"/{name} has no reference: {error}"
-        raise NoReferenceError(msg) from error
+        raise UnevaluatedSurfaceError(msg) from error
     normal = np.array([0.0, 0.0, 1.0])
     try:
         brdf(normal, normal)  # images are read when they are needed, and what is wrong with them is known then
