@@ -105,6 +105,9 @@ class Surface:
         images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None,
         deviations: frozenset[Deviation] = frozenset(),
     ) -> None:
+        if not isinstance(element, mx.Element):
+            msg = f"element is of type {type(element).__name__}, expected an element of MaterialX"
+            raise TypeError(msg + "; `open_document(path).surfaces()` gives those of a file")
         self._element = element
         self._model = model
         self._images = images
@@ -122,6 +125,10 @@ class Surface:
             survey.visit(self._root[0])
         if survey.unknown:
             raise UnsupportedError(sorted(survey.unknown))
+
+    def __repr__(self) -> str:
+        """The path of its element."""
+        return f"<Surface {self._element.getNamePath()}>"
 
     def response(self, points: ShadingPoints, perturbation: Perturbation = EXACT) -> Array:
         """Radiance per unit irradiance of one light, the cosine of l included, shape (samples, 3), float64.

@@ -49,6 +49,17 @@ def shown(response_value) -> np.ndarray:
 # Values -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("element", ["sign.mtlx", None])
+def test_what_is_no_element_is_refused(element):
+    with pytest.raises(TypeError, match=f"^element is of type {type(element).__name__}, expected an element of"):
+        Surface(element)
+
+
+def test_a_surface_shows_its_elements_path(surface_document):
+    document = surface_document(paint('value="1, 1, 1"'))
+    assert repr(Surface(document.getNode("m"))) == "<Surface m>"
+
+
 def test_a_given_value_wins_over_the_default(response):
     np.testing.assert_allclose(shown(response(paint('value="0.5, 0.25, 0.125"'))), [0.5, 0.25, 0.125], rtol=TOL)
     np.testing.assert_allclose(
