@@ -165,10 +165,15 @@ def run_a_tool(arguments: list[str], folder: Path) -> subprocess.CompletedProces
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=variables)
 
 
-def test_the_snippet_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_snippet_of_the_readme_runs(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "materials").symlink_to(REPOSITORY / "materials")
     text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
     (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     exec(compile(snippet, "README.md", "exec"), {})
+    assert (tmp_path / "trim.png").is_file()
     # At normal incidence l = v is the peak, f = F / (4 pi alpha^2): 0.15 / (4 pi 0.005^2) = 477.
     values = [float(x) for x in re.findall(r"[\d.]+", capsys.readouterr().out)]
     assert [round(x) for x in values] == [477, 477, 477]
