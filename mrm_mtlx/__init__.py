@@ -13,6 +13,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from mrm_mtlx.system.versions import __version__
+
 if TYPE_CHECKING:
     from mrm_mtlx import bsdf
     from mrm_mtlx.api.conformance import conformance as conformance
@@ -72,8 +74,6 @@ if TYPE_CHECKING:
     from mrm_mtlx.system.arguments import ArgumentError as ArgumentError
     from mrm_mtlx.validation.screen import CheckReport as CheckReport
     from mrm_mtlx.validation.screen import ValidationReport as ValidationReport
-
-__version__ = "0.2.0"
 
 # The public names, by the module that has them.
 _MODULES = {

@@ -224,10 +224,7 @@ def module_name(path: Path) -> str:
 
 
 def arrows(sources: dict[str, str]) -> dict[str, set[str]]:
-    """Which modules each module imports, wherever in it and for whatever use; by name, of those given.
-
-    The package itself is left out: its face names what is above all, and is asked for its version from below.
-    """
+    """Which modules each module imports, wherever in it and for whatever use; by name, of those given."""
     found: dict[str, set[str]] = {}
     for name, source in sources.items():
         found[name] = set()
@@ -237,7 +234,7 @@ def arrows(sources: dict[str, str]) -> dict[str, set[str]]:
             elif isinstance(node, ast.ImportFrom) and node.module:
                 inner = {f"{node.module}.{alias.name}" for alias in node.names}
                 found[name] |= {whole if whole in sources else node.module for whole in inner}
-    return {name: (found[name] & sources.keys()) - {PACKAGE.name} for name in found}
+    return {name: found[name] & sources.keys() for name in found}
 
 
 def circles(graph: dict[str, set[str]]) -> list[list[str]]:

@@ -374,8 +374,8 @@ def _stem(output: Path | None, source: str) -> str:
 
 
 def _document(report: FitReport, name: str, command: str) -> str:
-    from mrm_mtlx import __version__
     from mrm_mtlx.fitting.document import material_name, write
+    from mrm_mtlx.system.versions import __version__
 
     notes = report.notes({"mrm-mtlx": __version__})
     return write(report.fit.stack, report.fit.values, material_name(name), notes, doc=f"Made by: {command}")

@@ -62,8 +62,8 @@ class TestVectors(Shown):
 
     def to_json(self) -> str:
         """A line per vector."""
-        from mrm_mtlx import __version__
         from mrm_mtlx.bsdf.testvectors import SCHEMA
+        from mrm_mtlx.system.versions import __version__
 
         lines = ",\n".join("    " + json.dumps(row) for row in self.rows)
         versions = json.dumps({"mrm": __version__})

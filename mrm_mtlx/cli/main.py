@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import typer
 
-from mrm_mtlx import __version__
 from mrm_mtlx.cli import (
     conformance,
     convert,
@@ -29,6 +28,7 @@ from mrm_mtlx.cli import (
 from mrm_mtlx.system import child, process_limits
 from mrm_mtlx.system.plugins import PluginError
 from mrm_mtlx.system.text import printable, text_lines
+from mrm_mtlx.system.versions import __version__
 
 # What a user can mend: no room where the output goes, or a name that no file can have.
 _USERS_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENAMETOOLONG)

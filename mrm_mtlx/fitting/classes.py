@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mrm_mtlx import __version__
 from mrm_mtlx.fitting.document import write
 from mrm_mtlx.fitting.performance import CEILINGS, MARGIN, Make, Met, meet
 from mrm_mtlx.standards import limits
+from mrm_mtlx.system.versions import __version__
 from mrm_mtlx.system.writing import replacing
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx import __version__
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.report import RETURNED_ENTRANCE_DEG
 from mrm_mtlx.standards.tables import MISSING, boxes, classes, limits, notes, standards
 from mrm_mtlx.system.text import plural
+from mrm_mtlx.system.versions import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx import __version__
 from mrm_mtlx.documents.document import ReadError
 from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.findings import rules
@@ -28,6 +27,7 @@ from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.system.arguments import ArgumentError, refuse
 from mrm_mtlx.system.shown import Shown
 from mrm_mtlx.system.text import printable
+from mrm_mtlx.system.versions import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path

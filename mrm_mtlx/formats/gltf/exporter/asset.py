@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from mrm_mtlx import __version__
+from mrm_mtlx.system.versions import __version__
 
 if TYPE_CHECKING:
     from pathlib import Path
