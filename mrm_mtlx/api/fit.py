@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
 MODELS, CRITERIA, RESIDUALS = ("auto", "paper"), ("bic", "aicc"), ("log", "root", "linear")
 LOSSES, COSINES = ("soft_l1", "linear"), ("light", "view")
-_CRITERION_NAMES = {"bic": "BIC", "aicc": "AICc"}
 
 
 @dataclass(frozen=True, repr=False)
@@ -324,16 +323,18 @@ def _fit_measurement(
     criterion: str,
     listener: Listener,
 ) -> FitReport:
+    from mrm_mtlx.fitting import residuals
     from mrm_mtlx.fitting.run import Sampling, fit_measurement
+    from mrm_mtlx.fitting.selection import Criterion
 
     sampling = Sampling(
-        residual=str(of_data["residual"] or "log"),
+        residual=residuals.RESIDUALS[of_data["residual"] or "log"],
         theta_max_deg=80.0 if of_data["theta_max"] is None else of_data["theta_max"],
         plane=bool(of_data["plane"]),
         around_deg=of_data["around"],
         viewed=of_data["cosine"] == "view",
     )
-    chosen_by = None if of_data["model"] == "paper" else _CRITERION_NAMES[criterion]
+    chosen_by = None if of_data["model"] == "paper" else Criterion[criterion.upper()]
     try:
         return fit_measurement(measured, source, sampling, options, chosen_by, listener.progress)
     except ValueError as error:
@@ -349,9 +350,10 @@ def _fit_coefficients(
     listener: Listener,
 ) -> FitReport:
     from mrm_mtlx.fitting.run import fit_coefficients
+    from mrm_mtlx.fitting.selection import Criterion
 
     try:
-        return fit_coefficients(measured, source, *colors, options, _CRITERION_NAMES[criterion], listener.progress)
+        return fit_coefficients(measured, source, *colors, options, Criterion[criterion.upper()], listener.progress)
     except ValueError as error:
         raise DataError(str(error)) from error
 

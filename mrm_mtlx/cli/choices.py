@@ -60,7 +60,7 @@ class FitModel(StrEnum):
 
 
 class Residual(StrEnum):
-    """Residuals of BRDF samples; fitting.samples.RESIDUALS."""
+    """Residuals of BRDF samples; fitting.residuals.RESIDUALS."""
 
     LOG = "log"
     ROOT = "root"

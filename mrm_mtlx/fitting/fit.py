@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.fitting.model import Evaluator, LayerStack, albedos
-from mrm_mtlx.fitting.samples import RESIDUALS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +46,7 @@ class FitOptions:
 
     def scale_for(self, samples: Samples) -> float:
         """The scale c, in the units of the residual."""
-        return RESIDUALS[samples.residual] if self.scale is None else self.scale
+        return samples.residual.loss_scale if self.scale is None else self.scale
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.fitting.selection import DECISIVE
+from mrm_mtlx.fitting.selection import DECISIVE, Criterion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from mrm_mtlx.fitting.selection import Selection
 
 SCHEMA = "mrm.fit/1"
-_RESIDUALS = {
-    "log": "ln(model + {floor:g}) - ln(data + {floor:g})",
-    "root": "sqrt(model) - sqrt(data)",
-    "linear": "model - data",
-}
 
 
 @dataclass(frozen=True)
@@ -52,7 +47,7 @@ class FitReport:
         """The residual as a formula."""
         if self.samples.weights is not None:
             return "ln(R_A of the model / R_A)"
-        return _RESIDUALS[self.samples.residual].format(floor=self.samples.floor)
+        return self.samples.residual.formula.format(floor=self.samples.floor)
 
     @property
     def loss(self) -> str:
@@ -122,6 +117,7 @@ class FitReport:
     def to_json(self, versions: dict[str, str], output: str) -> dict[str, Any]:
         """The report as plain data; keys are stable."""
         fit, selection = self.fit, self.selection
+        criterion = selection.criterion if selection else Criterion.BIC
         return {
             "schema": SCHEMA,
             "versions": versions,
@@ -132,8 +128,8 @@ class FitReport:
             "parameters": self.rows(),
             "rms": fit.rms,
             "median": fit.median,
-            "criterion": selection.criterion if selection else "BIC",
-            "criterion_value": fit.aicc if selection and selection.criterion == "AICc" else fit.bic,
+            "criterion": criterion.value,
+            "criterion_value": criterion.of(fit),
             "steps": self.steps(),
             "agreeing_starts": [selection.agreeing, selection.starts] if selection else None,
             "coefficients": self.coefficients(),

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.fitting.fit import FitOptions, fit_stack, warnings
 from mrm_mtlx.fitting.model import LayerStack
 from mrm_mtlx.fitting.report import FitReport
+from mrm_mtlx.fitting.residuals import LOG
 from mrm_mtlx.fitting.samples import doubts, from_coefficients, from_measurement
 from mrm_mtlx.fitting.selection import coefficient_stack, select
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from mrm_mtlx.fitting.residuals import Residual
+    from mrm_mtlx.fitting.selection import Criterion
     from mrm_mtlx.measured import CoefficientSamples, Measurement
 
     Progress = Callable[[int, int], None]
@@ -28,7 +31,7 @@ class Sampling:
     Attributes
     ----------
     residual
-        A name of `samples.RESIDUALS`.
+        The scale of the comparison.
     theta_max_deg
         Largest angle from the normal.
     plane
@@ -39,7 +42,7 @@ class Sampling:
         Whether values with a cosine in them have that of the viewer, not of the light.
     """
 
-    residual: str = "log"
+    residual: Residual = LOG
     theta_max_deg: float = 80.0
     plane: bool = False
     around_deg: float | None = None
@@ -51,10 +54,10 @@ def fit_measurement(
     source: str,
     sampling: Sampling,
     options: FitOptions,
-    criterion: str | None,
+    criterion: Criterion | None,
     progress: Progress,
 ) -> FitReport:
-    """Fit the layers that a measured BRDF asks for by a criterion, "BIC" or "AICc"; without one, the paper's one lobe.
+    """Fit the layers that a measured BRDF asks for by a criterion; without one, the paper's one lobe.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def fit_measurement(
         largest=math.radians(sampling.theta_max_deg),
         plane=sampling.plane,
         around=None if sampling.around_deg is None else math.radians(sampling.around_deg),
-        cosine="v" if sampling.viewed else "l",
+        viewed=sampling.viewed,
         seed=options.seed,
     )
     selection = None
@@ -87,7 +90,7 @@ def fit_coefficients(
     tint: Color,
     base: Color,
     options: FitOptions,
-    criterion: str,
+    criterion: Criterion,
     progress: Progress,
 ) -> FitReport:
     """Fit lobes of a tint over a base, as many as coefficients of retroreflection ask for.

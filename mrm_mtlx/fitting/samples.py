@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.fitting.residuals import LOG
 from mrm_mtlx.measured.measurement import GRAZING, IN_PLANE, SAME_LIGHT, CoefficientSamples, Measurement
 from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.photometry.color import luminance_weights
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.fitting.residuals import Residual
 
-# By residual, the scale at which `soft_l1` turns from squares to absolute values.
-RESIDUALS = {"log": 0.3, "root": 0.1, "linear": 1.0}
 # Added before the logarithm is taken [1/sr]: what is darker counts for little.
 FLOOR = 1e-3
 # Samples that are fitted: of more, as MERL's million, these are drawn.
@@ -41,9 +41,9 @@ class Samples:
     weights : shape (3,) or None
         By which the model's channels make the one value, where it is photometric.
     residual
-        "log": ln(model + floor) - ln(value + floor); "root": the difference of square roots; "linear": of values.
+        The scale on which model and values are compared.
     floor
-        See `residual`.
+        Of the residual.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Samples:
     factor: Array
     value: Array
     weights: Array | None = None
-    residual: str = "log"
+    residual: Residual = LOG
     floor: float = FLOOR
 
     def __len__(self) -> int:
@@ -78,35 +78,24 @@ class Samples:
 
     def residuals(self, f: Array) -> Array:
         """Residuals of a model's BRDF, (samples, 3) -> (count,)."""
-        return np.ravel(self._scaled(self.modelled(f)) - self._scaled(self.value))
+        scaled = self.residual.scaled
+        return np.ravel(scaled(self.modelled(f), self.floor) - scaled(self.value, self.floor))
 
     def residuals_with_jacobian(self, f: Array, slopes: Array) -> tuple[Array, Array]:
         """Residuals, and their derivatives, from those of the BRDF: (samples, 3, numbers) -> (count, numbers)."""
-        modelled = self.modelled(f)
-        if self.residual == "log":
-            scale = 1.0 / (modelled + self.floor)
-        elif self.residual == "root":
-            scale = 0.5 / np.sqrt(np.maximum(modelled, self.floor**2))
-        else:
-            scale = np.ones_like(modelled)
-        jacobian = self.modelled(slopes) * scale[..., None]
+        slope = self.residual.slope(self.modelled(f), self.floor)
+        jacobian = self.modelled(slopes) * slope[..., None]
         return self.residuals(f), jacobian.reshape(-1, slopes.shape[-1])
-
-    def _scaled(self, value: Array) -> Array:
-        if self.residual == "log":
-            with np.errstate(divide="ignore"):  # without a floor, black is infinitely far from any value
-                return np.log(np.maximum(value, 0.0) + self.floor)
-        return np.sqrt(np.maximum(value, 0.0)) if self.residual == "root" else value
 
 
 def from_measurement(
     measured: Measurement,
     *,
-    residual: str = "log",
+    residual: Residual = LOG,
     largest: float = np.deg2rad(80.0),
     plane: bool = False,
     around: float | None = None,
-    cosine: str = "l",
+    viewed: bool = False,
     seed: int = 0,
 ) -> Samples:
     """Samples of a measured BRDF.
@@ -116,7 +105,7 @@ def from_measurement(
     measured
         With one channel or three.
     residual
-        A name of `RESIDUALS`.
+        The scale of the comparison.
     largest
         Samples with a larger angle of l or v from the normal [rad] are left out: there, errors of the goniometer and
         edges of the sample show.
@@ -124,8 +113,8 @@ def from_measurement(
         Only the plane of incidence.
     around
         Only directions v that are no farther [rad] from l.
-    cosine
-        Whose cosine the file had in its values and its reader divided out: "l", or "v" to read it as that of v.
+    viewed
+        Whether the cosine that the file had in its values, and that its reader divided out as that of l, is that of v.
     seed
         Of the choice of `MAXIMUM` samples, where there are more.
 
@@ -137,7 +126,7 @@ def from_measurement(
     if measured.f.shape[1] not in (1, 3):
         msg = f"{measured.f.shape[1]} channels; a material has one (grey) or three (linear Rec.709)"
         raise ValueError(msg)
-    if cosine == "v" and not measured.had_cosine:
+    if viewed and not measured.had_cosine:
         msg = "the values have no cosine in them that could be that of v (--cosine view): they are said to be a BRDF"
         raise ValueError(msg)
     v, l = directions(measured)
@@ -153,7 +142,7 @@ def from_measurement(
         every = np.flatnonzero(kept)
         kept = np.zeros(len(measured), dtype=bool)
         kept[np.random.default_rng(seed).choice(every, MAXIMUM, replace=False)] = True
-    f = measured.f * (np.cos(measured.theta_l) / np.cos(measured.theta_v))[:, None] if cosine == "v" else measured.f
+    f = measured.f * (np.cos(measured.theta_l) / np.cos(measured.theta_v))[:, None] if viewed else measured.f
     return Samples(measured.name, v[kept], l[kept], np.ones((int(kept.sum()), 1)), f[kept], residual=residual)
 
 

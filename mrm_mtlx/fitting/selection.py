@@ -11,6 +11,7 @@ should.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,17 @@ _NEW = {
 }
 
 
+class Criterion(StrEnum):
+    """Information criteria, by the names that reports have."""
+
+    BIC = "BIC"
+    AICC = "AICc"
+
+    def of(self, fit: Fit) -> float:
+        """The criterion of a fit: the lower, the better."""
+        return fit.bic if self is Criterion.BIC else fit.aicc
+
+
 @dataclass(frozen=True)
 class Step:
     """The gain by a layer: the fit with it, or without it, and the criterion's change by it."""
@@ -66,7 +78,7 @@ class Selection:
     ----------
     fit
     criterion
-        "BIC" or "AICc".
+        What chose the layers.
     steps
         What was fitted first, then each layer as it was taken in.
     refused
@@ -78,7 +90,7 @@ class Selection:
     """
 
     fit: Fit
-    criterion: str
+    criterion: Criterion
     steps: list[Step]
     refused: list[Step]
     without: list[Step]
@@ -91,7 +103,7 @@ def select(
     options: FitOptions,
     *,
     base: LayerStack | None = None,
-    criterion: str = "BIC",
+    criterion: Criterion = Criterion.BIC,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Selection:
     """Add layers to a stack while the criterion asks for them.
@@ -105,7 +117,7 @@ def select(
     base
         What to begin with; by default a Lambertian surface.
     criterion
-        "BIC" or "AICc".
+        What chooses the layers.
     progress
         Called with how many candidates were tried, and the most there can be.
     """
@@ -121,7 +133,7 @@ def select(
         known = search(current.stack, few, options, [current.stack.vector(current.values)], 5)[0]
         for what, stack in _larger(current.stack, samples):
             fit, _ = search(stack, few, options, _grown(current, stack), _ROUGH)
-            found.append(Step(what, fit, _criterion(fit, criterion) - _criterion(known, criterion)))
+            found.append(Step(what, fit, criterion.of(fit) - criterion.of(known)))
             tried += 1
             progress(tried, _CANDIDATES)
         # What a few samples are decided about, all are: the criterion grows with their number.
@@ -139,7 +151,7 @@ def select(
         if not 0 < len(smaller.parameters) < final.free:
             continue
         fit = fit_stack(smaller, samples, options, [smaller.vector(values)])
-        without.append(Step(what, fit, _criterion(final, criterion) - _criterion(fit, criterion)))
+        without.append(Step(what, fit, criterion.of(final) - criterion.of(fit)))
     progress(_CANDIDATES, _CANDIDATES)
     return Selection(final, criterion, steps, refused, without, agreeing, options.starts)
 
@@ -161,11 +173,11 @@ def coefficient_stack(
     return LayerStack(lobes=1, falling=True, tint=tint, fixed={**fixed, "diffuse.color": base})
 
 
-def _confirmed(step: Step, current: Fit, samples: Samples, options: FitOptions, criterion: str) -> Step:
+def _confirmed(step: Step, current: Fit, samples: Samples, options: FitOptions, criterion: Criterion) -> Step:
     """A step that was tried on a few samples, with all of them."""
     stack = step.fit.stack
     fit = fit_stack(stack, samples, options, [stack.vector(step.fit.values)])
-    return Step(step.what, fit, _criterion(fit, criterion) - _criterion(current, criterion))
+    return Step(step.what, fit, criterion.of(fit) - criterion.of(current))
 
 
 def _larger(stack: LayerStack, samples: Samples) -> list[tuple[str, LayerStack]]:
@@ -232,7 +244,3 @@ def _again(current: Fit, few: Samples, samples: Samples, options: FitOptions) ->
     vector = current.stack.vector(best.values)
     fit = fit_stack(current.stack, samples, options, [known, vector])
     return fit, agreeing
-
-
-def _criterion(fit: Fit, name: str) -> float:
-    return fit.bic if name == "BIC" else fit.aicc

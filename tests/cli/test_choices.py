@@ -6,7 +6,7 @@ from mrm_mtlx.api import fit, plot
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
 from mrm_mtlx.cli import choices
 from mrm_mtlx.fitting.fit import LOSSES
-from mrm_mtlx.fitting.samples import RESIDUALS
+from mrm_mtlx.fitting.residuals import RESIDUALS
 from mrm_mtlx.library import Origin
 from mrm_mtlx.photometry.color import METHODS
 from mrm_mtlx.plots.drawing import SCALES
