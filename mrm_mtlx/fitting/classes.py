@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from mrm_mtlx.fitting.document import write
+from mrm_mtlx.fitting.model import Part
 from mrm_mtlx.fitting.performance import CEILINGS, MARGIN, Make, Met, meet
 from mrm_mtlx.standards import limits
 from mrm_mtlx.system.versions import __version__
@@ -241,9 +242,12 @@ def document(material: ClassMaterial, met: Met) -> str:
 
 # What the layers are.
 _DOCS = {
-    BEADS: {"lobe": "Glass beads with a mirror behind them.", "lobe2": "Beads that are less round, a wider lobe."},
-    TRUNCATED: {"lobe": "Cube corners, cut where they send back nothing.", "lobe2": "Their wider part."},
-    FULL: {"lobe": "Whole cube corners, by total reflection.", "lobe2": "Their wider part."},
+    BEADS: {
+        Part.LOBE: "Glass beads with a mirror behind them.",
+        Part.LOBE2: "Beads that are less round, a wider lobe.",
+    },
+    TRUNCATED: {Part.LOBE: "Cube corners, cut where they send back nothing.", Part.LOBE2: "Their wider part."},
+    FULL: {Part.LOBE: "Whole cube corners, by total reflection.", Part.LOBE2: "Their wider part."},
 }
 
 

@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from mrm_mtlx.fitting.model import COAT_IOR, DIGITS, LayerStack, falloff
+from mrm_mtlx.fitting.model import COAT_IOR, DIGITS, Kind, LayerStack, Part, falloff
 from mrm_mtlx.system.text import printable
 
 if TYPE_CHECKING:
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 # What each layer is.
 _DOCS = {
-    "coat": "Clear surface, ordinary reflection: index 1.5; the weight is what dirt and texture leave of it.",
-    "haze": "The same surface, where it is less smooth.",
-    "lobe": "What comes back to where the light came from.",
-    "lobe2": "The wider part of what comes back.",
-    "diffuse": "What is seen where nothing comes back, mostly by day.",
+    Part.COAT: "Clear surface, ordinary reflection: index 1.5; the weight is what dirt and texture leave of it.",
+    Part.HAZE: "The same surface, where it is less smooth.",
+    Part.LOBE: "What comes back to where the light came from.",
+    Part.LOBE2: "The wider part of what comes back.",
+    Part.DIFFUSE: "What is seen where nothing comes back, mostly by day.",
 }
 _INDENT = "  "
 _COMMENT_WIDTH = 112
@@ -42,7 +42,7 @@ def write(
     values: Mapping[str, Array],
     name: str,
     notes: Sequence[str],
-    docs: Mapping[str, str] | None = None,
+    docs: Mapping[Part, str] | None = None,
     *,
     doc: str = "",
 ) -> str:
@@ -90,14 +90,14 @@ def write(
     return f"{head}{body}\n\n</materialx>\n"
 
 
-def _layer(stack: LayerStack, values: Mapping[str, Array], part: str, doc: str) -> list[str]:
+def _layer(stack: LayerStack, values: Mapping[str, Array], part: Part, doc: str) -> list[str]:
     own = {name: values[f"{part}.{name}"] for name in stack.inputs(part)}
     inputs: list[Input]
-    if part == "diffuse":
+    if part.kind is Kind.DIFFUSE:
         inputs = [("color", "color3", _three(own["color"])), ("roughness", "float", own.get("roughness", np.zeros(1)))]
         return _node("oren_nayar_diffuse_bsdf", part, "BSDF", inputs, doc)
     width = ("roughness", "vector2", np.repeat(own["alpha"][:1], 2))
-    if part in ("coat", "haze"):
+    if part.kind is Kind.CLEAR:
         inputs = [("weight", "float", values["coat.weight"][:1]), ("ior", "float", np.array([COAT_IOR])), width]
         return _node("dielectric_bsdf", part, "BSDF", [*inputs, _REFLECTS], doc)
     color0 = stack.color0(values, part)
@@ -114,10 +114,11 @@ _RETROREFLECTS = ("retroreflective", "boolean", "true")
 
 def _joints(stack: LayerStack, values: Mapping[str, Array]) -> tuple[list[str], str]:
     """The nodes that put the layers together, and the name of the last."""
-    parts, lines = list(stack.parts), []
+    parts: list[str] = list(stack.parts)
+    lines = []
     inputs: list[Input]
     if stack.coats == 2:
-        inputs = [("fg", "BSDF", "haze"), ("bg", "BSDF", "coat"), ("mix", "float", values["haze.share"][:1])]
+        inputs = [("fg", "BSDF", Part.HAZE), ("bg", "BSDF", Part.COAT), ("mix", "float", values["haze.share"][:1])]
         lines += _node("mix", "surface_layer", "BSDF", inputs, "Gloss and haze of one surface.")
         parts[:2] = ["surface_layer"]
     below = parts[-1]

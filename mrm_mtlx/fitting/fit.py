@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.fitting.model import Evaluator, LayerStack, albedos
+from mrm_mtlx.fitting.model import Evaluator, Kind, LayerStack, albedos
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -143,10 +143,10 @@ def warnings(fit: Fit, samples: Samples) -> list[str]:
                     f"correlation {together:.3f}"
                 )
     for part in fit.stack.parts:
-        if part == "diffuse" or samples.weights is not None:
+        if part.kind is Kind.DIFFUSE or samples.weights is not None:
             continue
         alpha = float(fit.values[f"{part}.alpha"][0])
-        inside = _within_lobe(samples, alpha, mirror=part in ("coat", "haze"))
+        inside = _within_lobe(samples, alpha, mirror=part.kind is Kind.CLEAR)
         if inside < 3 and f"{part}.alpha" not in fit.stack.fixed:
             found.append(f"{part}: {inside} samples are within the width of this lobe, alpha {alpha:.3g}")
     return found

@@ -16,6 +16,7 @@ which is reciprocal and stands in every MaterialX host. An exponent of 0.5 falls
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum, StrEnum, auto
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -56,6 +57,39 @@ _BOUNDS = {
 _COLORS = ("color", "color0", "color82")
 
 
+class Kind(Enum):
+    """Ways in which a part of a stack reflects."""
+
+    CLEAR = auto()
+    RETROREFLECTIVE = auto()
+    DIFFUSE = auto()
+
+
+class Part(StrEnum):
+    """The parts that a stack can have, from the top, by the names that parameters and nodes have."""
+
+    COAT = "coat"
+    HAZE = "haze"
+    LOBE = "lobe"
+    LOBE2 = "lobe2"
+    DIFFUSE = "diffuse"
+
+    @property
+    def kind(self) -> Kind:
+        """Its way of reflecting."""
+        return _KINDS[self]
+
+
+_KINDS = {
+    Part.COAT: Kind.CLEAR,
+    Part.HAZE: Kind.CLEAR,
+    Part.LOBE: Kind.RETROREFLECTIVE,
+    Part.LOBE2: Kind.RETROREFLECTIVE,
+    Part.DIFFUSE: Kind.DIFFUSE,
+}
+_COATS, _LOBES = (Part.COAT, Part.HAZE), (Part.LOBE, Part.LOBE2)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A number that is fitted: `name` is that of a part and its input, `channel` -1 where there is but one."""
@@ -65,6 +99,11 @@ class Parameter:
     lower: float
     upper: float
     logarithmic: bool
+
+    @property
+    def part(self) -> Part:
+        """The part that it is named for."""
+        return Part(self.name.partition(".")[0])
 
     @property
     def label(self) -> str:
@@ -105,16 +144,20 @@ class LayerStack:
     fixed: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
-    def parts(self) -> list[str]:
-        """Names of the lobes and the base, from the top."""
-        coats, lobes = ["coat", "haze"][: self.coats], ["lobe", "lobe2"][: self.lobes]
-        return [*coats, *lobes, *(["diffuse"] if self.diffuse else [])]
+    def parts(self) -> list[Part]:
+        """The coats, the lobes and the base, from the top."""
+        return [*_COATS[: self.coats], *self.retroreflective, *([Part.DIFFUSE] if self.diffuse else [])]
 
-    def inputs(self, part: str) -> list[str]:
+    @property
+    def retroreflective(self) -> list[Part]:
+        """Its retroreflective lobes."""
+        return list(_LOBES[: self.lobes])
+
+    def inputs(self, part: Part) -> list[str]:
         """Names of the inputs that describe a part."""
-        if part in ("coat", "haze"):
-            return ["weight" if part == "coat" else "share", "alpha"]
-        if part == "diffuse":
+        if part.kind is Kind.CLEAR:
+            return ["weight" if part is Part.COAT else "share", "alpha"]
+        if part.kind is Kind.DIFFUSE:
             return ["color", "roughness"] if self.rough else ["color"]
         return ["color0", "alpha", *(["color82"] if self.paper else []), *(["exponent"] if self.falling else [])]
 
@@ -170,14 +213,14 @@ class LayerStack:
         """
         found = dict(values)
         if self.lobes == 2 and found["lobe.alpha"][0] > found["lobe2.alpha"][0]:
-            for name in self.inputs("lobe"):
+            for name in self.inputs(Part.LOBE):
                 found[f"lobe.{name}"], found[f"lobe2.{name}"] = found[f"lobe2.{name}"], found[f"lobe.{name}"]
         if self.coats == 2 and found["coat.alpha"][0] > found["haze.alpha"][0]:
             found["coat.alpha"], found["haze.alpha"] = found["haze.alpha"], found["coat.alpha"]
             found["haze.share"] = 1.0 - found["haze.share"]
         return found
 
-    def color0(self, values: Mapping[str, Array], part: str) -> Array:
+    def color0(self, values: Mapping[str, Array], part: Part) -> Array:
         """Colour of a retroreflective lobe, shape (3,)."""
         return np.asarray(values[f"{part}.color0"] * np.array(self.tint))
 
@@ -222,8 +265,7 @@ class Evaluator:
             moved = vector.copy()
             moved[i] += step
             there = self.stack.values(moved)
-            own = parameter.name.partition(".")[0]
-            changed = _SHARED.get(parameter.name, (own,))
+            changed = _SHARED.get(parameter.name, (parameter.part,))
             at = [self._layer(p, there) if p in changed else known for p, known in zip(parts, layers, strict=True)]
             slopes[..., i] = (self._f(at, there) - f) / step
         return f, slopes
@@ -237,12 +279,12 @@ class Evaluator:
         whole = reduce(lambda base, top: layer(top, base), reversed(layers))
         return np.broadcast_to(whole.response / self._cosine, (3, len(self._cosine))).T
 
-    def _layer(self, part: str, values: Mapping[str, Array]) -> Closure:
+    def _layer(self, part: Part, values: Mapping[str, Array]) -> Closure:
         own = {name: values[f"{part}.{name}"] for name in self.stack.inputs(part)}
-        if part == "diffuse":
+        if part.kind is Kind.DIFFUSE:
             rough = own.get("roughness", np.zeros(1))[0]
             return oren_nayar(self._light, np.array(1.0), _color(own["color"]), rough, _NORMAL, np.array(False))
-        if part in ("coat", "haze"):
+        if part.kind is Kind.CLEAR:
             own["weight"] = values["coat.weight"]
             return dielectric(self._light, _facets(own, False), np.ones((3, 1)), np.array(COAT_IOR))
         color0 = _color(self.stack.color0(values, part))
@@ -253,7 +295,7 @@ class Evaluator:
 
 
 # Parameters that are not of the one layer that they are named for: what they change.
-_SHARED: dict[str, tuple[str, ...]] = {"coat.weight": ("coat", "haze"), "haze.share": ()}
+_SHARED: dict[str, tuple[Part, ...]] = {"coat.weight": _COATS, "haze.share": ()}
 # Step of the differences: half of the digits of float64.
 _STEP = 1e-7
 
@@ -276,7 +318,7 @@ def albedos(stack: LayerStack, values: Mapping[str, Array], cos_v: Array) -> Arr
         a, b = albedo_factors(cos_v, values["coat.alpha"][0])  # the haze has much the same albedo
         total = total + values["coat.weight"][0] * (a * reflectance_at_normal(COAT_IOR) + b)[:, None]
         through = 1.0 - total[:, :1]
-    for part in (part for part in stack.parts if part.startswith("lobe")):
+    for part in stack.retroreflective:
         a, b = albedo_factors(cos_v, values[f"{part}.alpha"][0])
         share = (a + b)[:, None] * stack.color0(values, part)
         total = total + through * share

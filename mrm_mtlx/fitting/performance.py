@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.fitting.model import NARROWEST, Evaluator, LayerStack, albedos
+from mrm_mtlx.fitting.model import NARROWEST, Evaluator, LayerStack, Part, albedos
 from mrm_mtlx.photometry import goniometer
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.color import luminance, to_xyz
@@ -157,7 +157,7 @@ class _Problem:
     def _values(self, x: Array) -> dict[str, Array]:
         exponent, *lobes = np.exp(x)
         values = {"diffuse.color": np.full(3, self._make.day[2])}
-        for name, alpha, height in zip(("lobe", "lobe2"), lobes[::2], lobes[1::2], strict=False):
+        for name, alpha, height in zip((Part.LOBE, Part.LOBE2), lobes[::2], lobes[1::2], strict=False):
             values |= {f"{name}.alpha": np.array([alpha]), f"{name}.exponent": np.array([exponent])}
             values[f"{name}.color0"] = height * np.array(self._make.tint)
         if self._make.face_alpha is not None:
@@ -192,8 +192,7 @@ _HEIGHTS = (1e-4, 1.0)
 def _share(stack: LayerStack, values: dict[str, Array]) -> float:
     """A bound of it: layers let less through than everything."""
     t2 = np.tan(0.5 * WITHIN) ** 2
-    lobes = [part for part in stack.parts if part.startswith("lobe")]
-    shares = [values[f"{lobe}.color0"] * t2 / (values[f"{lobe}.alpha"] ** 2 + t2) for lobe in lobes]
+    shares = [values[f"{lobe}.color0"] * t2 / (values[f"{lobe}.alpha"] ** 2 + t2) for lobe in stack.retroreflective]
     return float(np.max(np.sum(shares, axis=0)))
 
 

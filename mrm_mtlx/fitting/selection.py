@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.fitting.fit import fit_stack, random_starts, search
-from mrm_mtlx.fitting.model import LayerStack
+from mrm_mtlx.fitting.model import LayerStack, Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -169,7 +169,7 @@ def coefficient_stack(
         "alpha": np.ptp(observation) > 1e-4,
         "exponent": np.ptp(samples.l[:, 2]) > 1e-2 and samples.count > 2,
     }
-    fixed = {f"{lobe}.{name}": USUAL[name] for lobe in ("lobe", "lobe2") for name in free if not free[name]}
+    fixed = {f"{lobe}.{name}": USUAL[name] for lobe in (Part.LOBE, Part.LOBE2) for name in free if not free[name]}
     return LayerStack(lobes=1, falling=True, tint=tint, fixed={**fixed, "diffuse.color": base})
 
 
@@ -230,7 +230,7 @@ def _smaller(fit: Fit) -> list[tuple[str, LayerStack, dict[str, Array]]]:
         found.append(("fall-off with the entrance angle", replace(stack, falling=False), values))
     if stack.rough:
         found.append(("roughness of the base", replace(stack, rough=False), values))
-    if stack.diffuse and stack.parts != ["diffuse"]:
+    if stack.diffuse and stack.parts != [Part.DIFFUSE]:
         found.append(("diffuse base", replace(stack, diffuse=False, rough=False), values))
     return found
 
