@@ -13,8 +13,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.system.versions import __version__
-
 if TYPE_CHECKING:
     from mrm_mtlx import bsdf
     from mrm_mtlx.api.conformance import conformance as conformance
@@ -72,6 +70,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference import ShadingPoints as ShadingPoints
     from mrm_mtlx.reference import Surface as Surface
     from mrm_mtlx.system.arguments import ArgumentError as ArgumentError
+    from mrm_mtlx.system.versions import __version__ as __version__
     from mrm_mtlx.validation.screen import CheckReport as CheckReport
     from mrm_mtlx.validation.screen import ValidationReport as ValidationReport
 
@@ -103,11 +102,12 @@ _MODULES = {
     "mrm_mtlx.photometry.result": ("PhotometryReport", "StandardsReport"),
     "mrm_mtlx.reference": ("ShadingPoints", "Surface"),
     "mrm_mtlx.system.arguments": ("ArgumentError",),
+    "mrm_mtlx.system.versions": ("__version__",),
     "mrm_mtlx.validation.screen": ("CheckReport", "ValidationReport"),
 }  # fmt: skip
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
-__all__ = ["__version__", "bsdf", *sorted(_HOMES)]
+__all__ = ["bsdf", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:
