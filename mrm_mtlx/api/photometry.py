@@ -130,8 +130,8 @@ def _options(
 
 
 def _rotations(limits: Sequence[Limit]) -> list[float]:
-    """Sheeting is measured turned (ASTM D4956); a reflector and a marking stand as they are mounted."""
-    return [0.0, 90.0] if not limits or limits[0].quantity == "R_A" else [0.0]
+    """Rotations of a class, or of none; sheeting is measured turned (ASTM D4956)."""
+    return [0.0, 90.0] if not limits or limits[0].quantity.is_turned else [0.0]
 
 
 def _limits(standard: str | None, class_name: str | None, color: str | None) -> list[Limit]:

@@ -15,6 +15,7 @@ from mrm_mtlx.photometry.coefficients import (
     r_l,
     retroreflected_fraction,
 )
+from mrm_mtlx.standards.quantities import Quantity
 from mrm_mtlx.standards.tables import boxes
 from mrm_mtlx.system.arguments import ArgumentError
 
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 # Geometries where no class is asked for [degrees]: those of the classes, along the normal, and beyond them.
 OBSERVATIONS_DEG = (0.1, 0.2, 0.33, 0.5, 1.0, 2.0)
 ENTRANCES_DEG = (-4.0, 0.0, 5.0, 30.0, 45.0, 60.0)
-# Square feet in a square metre: 1 fc = 10.76 lx.
-_LUX_PER_FOOTCANDLE = 0.3048**-2
+# Units of R_I in a cd/lx; there are as many square feet in a square metre: 1 fc = 10.76 lx.
+_INTENSITY_UNITS = {"mcd/lx": 1000.0, "cd/fc": 0.3048**-2}
 # A mirror does not reach the receiver at this entrance angle [degrees], where the returned share is taken.
 RETURNED_ENTRANCE_DEG = 5.0
 # Colours of reflectors under the names of the boxes.
@@ -72,7 +73,7 @@ class Cell:
     entrance_deg: float
     beta1_deg: float
     beta2_deg: float
-    quantity: str
+    quantity: Quantity
     unit: str
     value: float
     minimum: float | None = None
@@ -175,7 +176,7 @@ def measure(
 
 def values(
     brdf: Brdf,
-    quantity: str,
+    quantity: Quantity,
     unit: str,
     observation: ArrayLike,
     beta1: ArrayLike,
@@ -191,42 +192,65 @@ def values(
     ValueError
         If the size that the quantity needs is not known.
     """
-    function = r_l if quantity == "R_L" else coefficient
+    found_by = _MEASURES[quantity]
     discs = {
         "source_aperture": float(np.deg2rad(options.source_aperture_deg)),
         "receiver_aperture": float(np.deg2rad(options.receiver_aperture_deg)),
     }
-    found = _averaged(lambda epsilon: function(brdf, observation, beta1, beta2, epsilon, **discs), options)
-    return color.luminance(found, "A", options.method) * _scale(quantity, unit, options)
+    found = _averaged(lambda epsilon: found_by.function(brdf, observation, beta1, beta2, epsilon, **discs), options)
+    return color.luminance(found, "A", options.method) * found_by.scale(quantity, unit, options)
 
 
 def check_sizes(limits: Sequence[Limit], options: PhotometryOptions) -> None:
     """Raise an ArgumentError if a minimum needs a size that the options lack, or none needs one that they have."""
     quantities = {limit.quantity for limit in limits}
     for limit in limits:
-        _scale(limit.quantity, limit.unit, options)
-    if options.area_cm2 is not None and not quantities & {"R_I", "R_I/r"}:
+        _MEASURES[limit.quantity].scale(limit.quantity, limit.unit, options)
+    if options.area_cm2 is not None and not any(quantity.needs_area for quantity in quantities):
         msg = "an area is for limits of intensity (R_I); R_A and R_L are of the material, whatever its size"
         raise ArgumentError(msg)
-    if options.radius_cm is not None and "R_I/r" not in quantities:
+    if options.radius_cm is not None and not any(quantity.needs_radius for quantity in quantities):
         msg = "a radius is for strips on tyres and rims (R_I/r) alone"
         raise ArgumentError(msg)
 
 
-def _scale(quantity: str, unit: str, options: PhotometryOptions) -> float:
-    """Factor on R_A or R_L."""
-    if quantity in ("R_A", "R_L"):
-        return 1.0
+def _of_material(_quantity: Quantity, _unit: str, _options: PhotometryOptions) -> float:
+    return 1.0
+
+
+def _area_m2(quantity: Quantity, unit: str, options: PhotometryOptions) -> float:
     if options.area_cm2 is None:
         msg = f"{quantity} [{unit}] is of a whole reflector: give its area, `area` CM2"
         raise ArgumentError(msg)
-    area = 1e-4 * options.area_cm2
-    if quantity == "R_I":
-        return area * (1000.0 if unit == "mcd/lx" else _LUX_PER_FOOTCANDLE)
+    return 1e-4 * options.area_cm2
+
+
+def _of_reflector(quantity: Quantity, unit: str, options: PhotometryOptions) -> float:
+    return _area_m2(quantity, unit, options) * _INTENSITY_UNITS[unit]
+
+
+def _of_strip(quantity: Quantity, unit: str, options: PhotometryOptions) -> float:
+    area = _area_m2(quantity, unit, options)
     if options.radius_cm is None:
         msg = f"{quantity} [{unit}] is of a whole strip over its inner radius: give that, `radius` CM"
         raise ArgumentError(msg)
     return area / (0.01 * options.radius_cm)
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """The way a quantity is found: a coefficient of the material, and the factor on it, which may need a size."""
+
+    function: Callable[..., Array]
+    scale: Callable[[Quantity, str, PhotometryOptions], float] = _of_material
+
+
+_MEASURES = {
+    Quantity.R_A: _Measure(coefficient),
+    Quantity.R_L: _Measure(r_l),
+    Quantity.R_I: _Measure(coefficient, _of_reflector),
+    Quantity.R_I_OVER_R: _Measure(coefficient, _of_strip),
+}
 
 
 def _averaged(function: Callable[[float], Array], options: PhotometryOptions) -> Array:
@@ -261,14 +285,14 @@ def _grid(
 ) -> list[Cell]:
     geometries = [(observation, entrance) for observation in observations for entrance in entrances]
     angles = np.deg2rad(geometries)
-    found = values(brdf, "R_A", "cd/lx/m2", angles[:, 0], angles[:, 1], 0.0, options)
+    found = values(brdf, Quantity.R_A, "cd/lx/m2", angles[:, 0], angles[:, 1], 0.0, options)
     cells = [
-        Cell(observation, entrance, entrance, 0.0, "R_A", "cd/lx/m2", float(value))
+        Cell(observation, entrance, entrance, 0.0, Quantity.R_A, "cd/lx/m2", float(value))
         for (observation, entrance), value in zip(geometries, found, strict=True)
     ]
-    marking = values(brdf, "R_L", "mcd/lx/m2", MARKING_OBSERVATION, MARKING_ENTRANCE, 0.0, options)
+    marking = values(brdf, Quantity.R_L, "mcd/lx/m2", MARKING_OBSERVATION, MARKING_ENTRANCE, 0.0, options)
     observation, entrance = (round(float(np.rad2deg(a)), 6) for a in (MARKING_OBSERVATION, MARKING_ENTRANCE))
-    return [*cells, Cell(observation, entrance, entrance, 0.0, "R_L", "mcd/lx/m2", float(marking))]
+    return [*cells, Cell(observation, entrance, entrance, 0.0, Quantity.R_L, "mcd/lx/m2", float(marking))]
 
 
 def _colors(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions) -> list[Chromaticity]:
@@ -279,7 +303,7 @@ def _candidates(illuminant: str, limits: Sequence[Limit]) -> list[Box]:
     """Boxes for what the class is made of: those of its own standard, or of sheeting or pavement markings."""
     there = [box for box in boxes() if box.illuminant == illuminant]
     own = [box for box in there if limits and box.standard == limits[0].standard]
-    subject = "pavement marking" if limits and limits[0].quantity == "R_L" else "sheeting"
+    subject = (limits[0].quantity if limits else Quantity.R_A).subject
     return own or [box for box in there if box.subject == subject]
 
 

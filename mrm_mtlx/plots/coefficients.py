@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrm_mtlx.photometry.report import values
+from mrm_mtlx.standards.quantities import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -63,7 +64,7 @@ class CoefficientPanel:
 
     angle: str
     across: bool
-    quantity: str
+    quantity: Quantity
     unit: str
     series: list[Series]
 
@@ -92,13 +93,17 @@ def class_panels(brdf: Brdf, limits: Sequence[Limit], options: PhotometryOptions
     ValueError
         As `photometry.report.values`.
     """
-    quantity, unit = (limits[0].quantity, limits[0].unit) if limits else ("R_A", "cd/lx/m2")
+    quantity, unit = (limits[0].quantity, limits[0].unit) if limits else (Quantity.R_A, "cd/lx/m2")
     marks = [Mark(c.observation_deg, c.entrance_deg, c.beta1_deg, c.beta2_deg, c.minimum) for c in limits]
     return panels(brdf, marks, options, quantity, unit)
 
 
 def panels(
-    brdf: Brdf, marks: Sequence[Mark], options: PhotometryOptions, quantity: str = "R_A", unit: str = "cd/lx/m2"
+    brdf: Brdf,
+    marks: Sequence[Mark],
+    options: PhotometryOptions,
+    quantity: Quantity = Quantity.R_A,
+    unit: str = "cd/lx/m2",
 ) -> list[CoefficientPanel]:
     """Curves against the observation angle and against the entrance angle, through the geometries of the marks.
 
@@ -114,7 +119,7 @@ def panels(
     return [_by_observation(of, quantity, unit, marks), _by_entrance(of, quantity, unit, marks)]
 
 
-def _by_observation(of: Callable[..., Array], quantity: str, unit: str, marks: Sequence[Mark]) -> CoefficientPanel:
+def _by_observation(of: Callable[..., Array], quantity: Quantity, unit: str, marks: Sequence[Mark]) -> CoefficientPanel:
     ordered = sorted(marks, key=lambda mark: mark.entrance_deg)
     entrances = list(dict.fromkeys((mark.beta1_deg, mark.beta2_deg) for mark in ordered)) or _ENTRANCES_DEG
     last = max(_LAST_DEG, *(1.25 * mark.observation_deg for mark in marks), 0.0)
@@ -128,7 +133,7 @@ def _by_observation(of: Callable[..., Array], quantity: str, unit: str, marks: S
     return CoefficientPanel("observation", False, quantity, unit, found)
 
 
-def _by_entrance(of: Callable[..., Array], quantity: str, unit: str, marks: Sequence[Mark]) -> CoefficientPanel:
+def _by_entrance(of: Callable[..., Array], quantity: Quantity, unit: str, marks: Sequence[Mark]) -> CoefficientPanel:
     """Along beta1; of a reflector that is turned left and right, along beta2."""
     across = any(mark.beta2_deg for mark in marks)
     observations = sorted({mark.observation_deg for mark in marks}) or _OBSERVATIONS_DEG

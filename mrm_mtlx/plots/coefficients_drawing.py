@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 _DECADES = 4
 _TICKS_DEG = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 _MARK: dict[str, Any] = {"marker": "^", "markersize": 4, "linestyle": "none", "markeredgewidth": 0.5}
-_SYMBOLS = {"R_A": "R_A", "R_L": "R_L", "R_I": "R_I", "R_I/r": "R_I/r"}
 
 
 def picture(panels: Sequence[CoefficientPanel], mark: str = "minimum") -> Figure:
@@ -44,7 +43,7 @@ def _draw(axes: Axes, panel: CoefficientPanel, mark: str) -> None:
         color, dashes = style.COLORS[i % len(style.COLORS)], style.DASHES[i % len(style.DASHES)]
         axes.plot(series.angle_deg, series.value, color=color, linestyle=dashes, label=series.name)
         axes.plot(series.limit_deg, series.limit, color=color, markeredgecolor="black", zorder=3, **_MARK)
-    axes.set_ylabel(rf"${_SYMBOLS[panel.quantity]}$ [{panel.unit.replace('m2', 'm²')}]")
+    axes.set_ylabel(rf"${panel.quantity}$ [{panel.unit.replace('m2', 'm²')}]")
     _value_axis(axes, panel)
     handles = axes.get_legend_handles_labels()[0]
     if any(len(series.limit) for series in panel.series):

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from mrm_mtlx.standards.quantities import Quantity
 from mrm_mtlx.system.arguments import ArgumentError
 
 if TYPE_CHECKING:
@@ -51,7 +52,6 @@ class Limit:
     beta1_deg, beta2_deg
         Its components: in one plane, or for reflectors up/down and left/right.
     quantity
-        "R_A", "R_L", "R_I" or "R_I/r".
     unit
         Of the minimum: cd/lx/m2, mcd/lx/m2, mcd/lx or cd/fc, m.
     minimum
@@ -71,7 +71,7 @@ class Limit:
     entrance_deg: float
     beta1_deg: float
     beta2_deg: float
-    quantity: str
+    quantity: Quantity
     unit: str
     minimum: float
     confidence: str
@@ -138,7 +138,11 @@ class Class(NamedTuple):
 def standards() -> tuple[Limit, ...]:
     """All minima, those of 16 CFR 1512's other colours after their clear ones."""
     printed = [
-        Limit(class_name=row.pop("class"), **row | {name: float(row[name]) for name in _NUMBERS})
+        Limit(
+            class_name=row.pop("class"),
+            quantity=Quantity(row.pop("quantity")),
+            **row | {name: float(row[name]) for name in _NUMBERS},
+        )
         for row in _rows("standards.csv")
     ]
     derived = [

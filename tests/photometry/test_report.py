@@ -10,7 +10,7 @@ import pytest
 from mrm_mtlx.bsdf import GeneralizedSchlick, Lambert
 from mrm_mtlx.photometry import luminance_weights
 from mrm_mtlx.photometry.report import PhotometryOptions, check_sizes, measure, values
-from mrm_mtlx.standards import limits
+from mrm_mtlx.standards import Quantity, limits
 
 # Relative: products of a handful of numbers, and a cosine of degrees.
 EXACT = 1e-12
@@ -40,7 +40,7 @@ def test_a_class_is_measured_in_its_own_geometries_and_order():
 def test_values_are_weighted_by_the_luminance_under_illuminant_a():
     colored = Lambert((0.8, 0.4, 0.1)).eval
     for method in ("spectral", "rgb"):
-        found = values(colored, "R_A", "cd/lx/m2", 0.0, 0.0, 0.0, replace(POINT, method=method))
+        found = values(colored, Quantity.R_A, "cd/lx/m2", 0.0, 0.0, 0.0, replace(POINT, method=method))
         expected = np.dot((0.8, 0.4, 0.1), luminance_weights("A", method)) / np.pi
         assert float(found) == pytest.approx(expected, rel=EXACT)
     daylight = np.dot((0.8, 0.4, 0.1), luminance_weights("D65")) / np.pi
@@ -49,10 +49,10 @@ def test_values_are_weighted_by_the_luminance_under_illuminant_a():
 
 def test_intensities_are_r_a_times_the_area_in_the_unit_of_the_class():
     sized = replace(POINT, area_cm2=20.0, radius_cm=25.0)
-    r_a = float(values(WHITE, "R_A", "cd/lx/m2", 0.0, 0.0, 0.0, sized))
+    r_a = float(values(WHITE, Quantity.R_A, "cd/lx/m2", 0.0, 0.0, 0.0, sized))
     found = {
         unit: float(values(WHITE, quantity, unit, 0.0, 0.0, 0.0, sized))
-        for quantity, unit in (("R_I", "mcd/lx"), ("R_I", "cd/fc"), ("R_I/r", "m"))
+        for quantity, unit in ((Quantity.R_I, "mcd/lx"), (Quantity.R_I, "cd/fc"), (Quantity.R_I_OVER_R, "m"))
     }
     assert found["mcd/lx"] == pytest.approx(r_a * 20e-4 * 1000.0, rel=EXACT)
     # 1 cd/fc = 92.903 mcd/lx; its digits.
@@ -80,25 +80,27 @@ def test_sizes_that_are_missing_or_of_no_use_are_refused(name, colour, sizes, me
 def test_rotations_are_averaged():
     lobe = GeneralizedSchlick(0.1, 1.0, 0.1, alpha=(0.004, 0.02), retroreflective=True).eval
     where = np.deg2rad([0.5, 5.0, 0.0])
-    turned = [float(values(lobe, "R_A", "", *where, replace(POINT, rotations_deg=(turn,)))) for turn in (0.0, 90.0)]
-    both = float(values(lobe, "R_A", "", *where, replace(POINT, rotations_deg=(0.0, 90.0))))
+    turned = [
+        float(values(lobe, Quantity.R_A, "", *where, replace(POINT, rotations_deg=(turn,)))) for turn in (0.0, 90.0)
+    ]
+    both = float(values(lobe, Quantity.R_A, "", *where, replace(POINT, rotations_deg=(0.0, 90.0))))
     assert both == pytest.approx(np.mean(turned), rel=EXACT)
     assert turned[0] / turned[1] < 0.5
 
 
 def test_discs_are_handed_on():
     lobe, where = retroreflector(0.1), np.deg2rad([0.2, 5.0, 0.0])
-    point = float(values(lobe, "R_A", "", *where, POINT))
+    point = float(values(lobe, Quantity.R_A, "", *where, POINT))
     disc = replace(POINT, receiver_aperture_deg=0.2)
     # A disc of 0.1 degrees radius reads 1 to 3 % off at 0.2 degrees, on a lobe of this width.
-    assert 0.005 < abs(float(values(lobe, "R_A", "", *where, disc)) / point - 1.0) < 0.05
+    assert 0.005 < abs(float(values(lobe, Quantity.R_A, "", *where, disc)) / point - 1.0) < 0.05
 
 
 def test_a_diffuser_without_a_class_has_the_textbook_values():
     report = measure(WHITE, [], POINT)
     by_place = {(c.quantity, c.observation_deg, c.entrance_deg): c.value for c in report.cells}
-    assert round(by_place["R_A", 0.1, 0.0], 3) == 0.318
-    assert round(by_place["R_L", 1.05, 88.76], 1) == 6.9
+    assert round(by_place[Quantity.R_A, 0.1, 0.0], 3) == 0.318
+    assert round(by_place[Quantity.R_L, 1.05, 88.76], 1) == 6.9
     assert report.met
     assert all(cell.minimum is None for cell in report.cells)
     # Light that comes back within 2 degrees of where it came from: sin^2(2 deg) cos(5 deg).

@@ -174,7 +174,7 @@ VERIFIED_BOXES = "baf0886cfdb67f3a"
 def minimum_row(limit):
     return (
         limit.standard, limit.table, limit.class_name, limit.colour, limit.observation_deg, limit.entrance_deg,
-        limit.quantity, limit.unit, limit.minimum, limit.confidence, limit.source,
+        limit.quantity.value, limit.unit, limit.minimum, limit.confidence, limit.source,
     )  # fmt: skip
 
 
