@@ -18,6 +18,7 @@ from mrm_mtlx.photometry import document_brdf
 from mrm_mtlx.photometry.coefficients import WITHIN
 from mrm_mtlx.photometry.report import PhotometryOptions, measure
 from mrm_mtlx.shadergen import renderable_elements
+from mrm_mtlx.standards import Quantity
 from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.options import Request
 from tools import classes_page
@@ -119,7 +120,7 @@ def test_colours_are_inside_the_boxes_that_were_read(reports, name):
     x, y, factor = material.make.day
     day = report.colors[0]
     np.testing.assert_allclose([day.x, day.y, day.factor], [x, y, factor], rtol=DIGITS)
-    kind = "marking" if material.limits()[0].quantity == "R_L" else day.box.colour
+    kind = "marking" if material.limits()[0].quantity is Quantity.R_L else day.box.colour
     assert FACTORS[kind][0] <= factor <= FACTORS[kind][1]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.photometry import goniometer
-from mrm_mtlx.standards import boxes, limits, standards
+from mrm_mtlx.standards import Quantity, boxes, limits, standards
 from mrm_mtlx.standards.tables import classes, notes
 from mrm_mtlx.system.arguments import ArgumentError
 
@@ -63,7 +63,7 @@ def test_the_components_of_the_entrance_angle_make_the_printed_one():
 
 def test_reflectors_are_turned_left_and_right_from_20_degrees_and_sheeting_never():
     for limit in standards():
-        reflector = limit.quantity == "R_I"
+        reflector = limit.quantity is Quantity.R_I
         assert (limit.beta2_deg != 0.0) == (reflector and limit.entrance_deg >= 20.0)
 
 
