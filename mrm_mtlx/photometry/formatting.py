@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 SCHEMA = "mrm.photometry/1"
 LIST_SCHEMA = "mrm.photometry.standards/1"
+# Columns of a terminal.
+TERMINAL = 80
 
 
 @dataclass(frozen=True)
@@ -131,11 +133,21 @@ def _table(cells: list[Cell]) -> list[str]:
     columns = sorted({(c.entrance_deg, c.beta1_deg, c.beta2_deg) for c in cells})
     rows = sorted({c.observation_deg for c in cells})
     where = {(c.observation_deg, c.entrance_deg, c.beta1_deg, c.beta2_deg): c for c in cells}
-    table = [[f"{cells[0].quantity} [{cells[0].unit}]", *(_entrance(*column) for column in columns)]]
-    for row in rows:
-        found = [where.get((row, *column)) for column in columns]
-        table.append([f"observation {row:g}°", *("" if cell is None else _value(cell) for cell in found)])
-    widths = [max(len(line[i]) for line in table) for i in range(len(columns) + 1)]
+    values = [
+        [f"observation {row:g}°", *("" if cell is None else _value(cell) for cell in found)]
+        for row in rows
+        for found in [[where.get((row, *column)) for column in columns]]
+    ]
+    title, names = f"{cells[0].quantity} [{cells[0].unit}]", [_entrance(*column) for column in columns]
+    lines = _aligned([[title, *names], *values])
+    # Many columns have their common word once, if they fit a terminal then.
+    short = _aligned([[f"{title}, entrance", *(name.removeprefix("entrance ") for name in names)], *values])
+    return short if max(map(len, lines)) > TERMINAL >= max(map(len, short)) else lines
+
+
+def _aligned(table: list[list[str]]) -> list[str]:
+    """Lines of a table: the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return [
         ("    " + "   ".join(t.ljust(w) if not i else t.rjust(w) for i, (t, w) in enumerate(line))).rstrip()
         for line in (list(zip(line, widths, strict=True)) for line in table)

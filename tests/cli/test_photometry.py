@@ -275,3 +275,11 @@ def test_a_wrong_call_is_refused_with_what_was_expected(here, white, arguments, 
     done = here(*arguments)
     assert (done.exit_code, done.stdout) == (2, "")
     assert message in done.stderr
+
+
+def test_the_grid_of_angles_fits_a_terminal(mrm_here):
+    lines = mrm_here("photometry", MATERIALS / "conspicuity_tape_white.mtlx").stdout.splitlines()
+    table = lines[lines.index("  /M_conspicuity_tape_white") + 1 :][:7]
+    assert table[0].split() == ["R_A", "[cd/lx/m2],", "entrance", "-4°", "0°", "5°", "30°", "45°", "60°"]
+    assert [line.split()[0] for line in table[1:]] == ["observation"] * 6
+    assert max(map(len, table)) <= 80
