@@ -17,6 +17,7 @@ def test_an_ordinary_surface_looks_along_the_mirror_direction_and_a_retroreflect
     along, back = radiance(mirror(v)), radiance(v)
     assert np.array_equal(environment_radiance(radiance, v, 0.0), along)
     assert np.array_equal(environment_radiance(radiance, v, 1.0), back)
+    # Two products and a sum on either side, each within half a rounding.
     np.testing.assert_allclose(environment_radiance(radiance, v, 0.5), 0.5 * (along + back), rtol=4 * EPS)
     mask = np.arange(100) % 2
     each = environment_radiance(radiance, v, mask)

@@ -11,6 +11,7 @@ EPS = np.finfo(float).eps
 
 def test_compensation_gives_a_white_lobe_back_what_it_loses():
     white = np.linspace(0.2, 1.0, 9)
+    # A difference, a quotient, a sum and a product, each within half a rounding.
     np.testing.assert_allclose(white * compensation(1.0, white), 1.0, rtol=4 * EPS)
     assert np.all(compensation(0.0, white) == 1.0)
     # Light that meets a grey surface twice is weakened twice: Turquin's factor is linear in F, not 1 / Ess.
