@@ -10,7 +10,7 @@ A version is written with two numbers where it is a document's ("1.39"), with th
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import MaterialX as mx
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 _Entry = TypeVar("_Entry")
 
-_DOCUMENT_VERSION = re.compile(r"\d{1,4}\.\d{1,4}")
+_DOCUMENT_VERSION = re.compile(r"\d{1,4}\.\d{1,4}", re.ASCII)
+_VERSION = re.compile(r"\d{1,4}(\.\d{1,4}){1,2}", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,37 @@ class Dialect:
     ----------
     has_retroreflective
         The flag `retroreflective` of the three microfacet nodes.
+    closures
+        Folder of `libraries/pbrlib/dialects` with the GLSL that calls its microfacet functions; "" for the files of
+        `libraries/pbrlib` as they are.
+    unserved
+        Why the node library does not serve it, "" if it does.
+    msl_inherits
+        Target `genmsl` takes the microfacet functions of `genglsl`, and has no implementation elements for them.
+    has_data_libraries
+        Documents refer to a data library, and have no copy of its elements.
     """
 
     has_retroreflective: bool
+    closures: str = ""
+    unserved: str = ""
+    msl_inherits: bool = True
+    has_data_libraries: bool = True
 
+
+_BEFORE_1_39 = Dialect(
+    has_retroreflective=False,
+    unserved="it refuses documents of version 1.39, and its microfacet nodes have neither a thin film nor color82",
+)
+_1_39_0 = Dialect(has_retroreflective=False, closures="1.39.0", msl_inherits=False, has_data_libraries=False)
+_1_39_2 = replace(_1_39_0, msl_inherits=True, has_data_libraries=True)
+_1_39_3 = replace(_1_39_2, closures="1.39.3")
 
 DIALECTS = {
-    "1.0": Dialect(has_retroreflective=False),
+    "1.0": _BEFORE_1_39,
+    "1.39.0": _1_39_0,
+    "1.39.2": _1_39_2,
+    "1.39.3": _1_39_3,
     "1.39.5": Dialect(has_retroreflective=True),
 }
 
@@ -54,6 +79,8 @@ def dialect(version: str) -> Dialect:
     ------
     LookupError
         If it is older than every entry.
+    ValueError
+        If it is no version.
 
     Examples
     --------
@@ -110,4 +137,7 @@ def lacks_retroreflective(version: str) -> bool:
 
 
 def _numbers(version: str) -> tuple[int, ...]:
+    if _VERSION.fullmatch(version) is None:
+        msg = f"'{version}' is no version of MaterialX, such as 1.39.3"
+        raise ValueError(msg)
     return tuple(map(int, version.split(".")))

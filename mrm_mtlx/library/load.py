@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from posixpath import normpath
 from typing import Any
 
 import MaterialX as mx
 
+from mrm_mtlx.library.assembly import node_library_files, served, source_files
+from mrm_mtlx.library.dialects import dialect, materialx_version
 from mrm_mtlx.library.paths import node_library_folder
 from mrm_mtlx.library.surface_models import Extension, extend
 
@@ -51,7 +54,22 @@ class DataLibrary:
 def definitions_for(element: Any) -> Any:
     """The document with the libraries' definitions for an element: its own document if that has no data library."""
     document = element.getDocument()
-    return document.getDataLibrary() if document.hasDataLibrary() else document
+    return document.getDataLibrary() if _has_data_libraries() and document.hasDataLibrary() else document
+
+
+def set_data_library(document: mx.Document, definitions: mx.Document) -> None:
+    """Give a document the definitions of a library: a reference, or a copy where MaterialX has no data libraries.
+
+    A copy lacks what has the name of an element of the document.
+    """
+    if _has_data_libraries():
+        document.setDataLibrary(definitions)
+    else:
+        document.importLibrary(definitions)
+
+
+def _has_data_libraries() -> bool:
+    return dialect(materialx_version()).has_data_libraries
 
 
 def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
@@ -65,13 +83,27 @@ def load_library(origin: Origin = Origin.MRM) -> DataLibrary:
     return _load(origin)
 
 
+def add_node_library(document: mx.Document) -> None:
+    """Add the node library to a document, as the installed MaterialX wants it; its sources stay where they lie."""
+    version = materialx_version()
+    sources = source_files(served(version))
+    for name, content in node_library_files(version).items():
+        if PurePosixPath(name).suffix == ".mtlx":
+            part = mx.createDocument()
+            mx.readFromXmlString(part, content.decode())
+            part.setSourceUri(str(node_library_folder() / "pbrlib" / name))
+            for implementation in part.getImplementations():
+                # The folders of a dialect and of what is common to all lie apart: a path from here would not be found.
+                implementation.setFile(str(sources[normpath(PurePosixPath(name).parent / implementation.getFile())]))
+            document.importLibrary(part)
+
+
 @cache
 def _load(origin: Origin) -> DataLibrary:
     document = mx.createDocument()
     search_path = mx.getDefaultDataSearchPath()
     if origin is Origin.MRM:
-        ours = mx.FileSearchPath(str(node_library_folder()))
-        mx.loadLibraries(["pbrlib"], ours, document)
-        search_path.append(ours)
+        add_node_library(document)
+        search_path.append(mx.FileSearchPath(str(node_library_folder())))
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
     return DataLibrary(origin, document, search_path, extend(document) if origin is Origin.MRM else ())
