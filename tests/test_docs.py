@@ -91,6 +91,7 @@ COMMANDS = {
     "mrm conformance --target osl": "(tests/conformance/test_conformance_osl.py runs its steps, .ci/run the command)",
     "mrm validate materials/ --target osl": "mrm validate materials/ --target osl --samples 64",
     "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --osl-mode cycles": None,
+    "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --self-contained": None,
     "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png": (
         "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png --size 32 "
         "--paths 4"

@@ -69,6 +69,7 @@ def generate(
     element: str | None = None,
     output: PathLike | None = None,
     osl_mode: OslModeName | None = None,
+    self_contained: bool = False,
     library: LibraryName = "mrm",
     root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
@@ -87,6 +88,8 @@ def generate(
         A folder to write one file per stage into, if any.
     osl_mode
         How OSL makes a retroreflective lobe, with that target; see docs/osl.md. Default: aligned.
+    self_contained
+        OSL with MaterialX's headers in it, for hosts that have none of them.
     library
         Whose implementation of the flag: this project's or MaterialX's ("upstream").
     root
@@ -104,17 +107,19 @@ def generate(
     from mrm_mtlx.findings import rules
     from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode
     from mrm_mtlx.shadergen import generate as generate_shader
+    from mrm_mtlx.shadergen import self_contained as with_headers
 
     check_targets([target])
     check_choice("osl_mode", osl_mode, tuple(OslMode))
     if target != "osl":
-        refuse({"osl_mode": osl_mode}, "only with `target` osl")
+        refuse({"osl_mode": osl_mode, "self_contained": self_contained}, "only with `target` osl")
     opened = open_document(path, element=element, library=library, root=root, listener=listener)
     mode = OslMode(osl_mode or "aligned")
     shaders: dict[str, Shader] = {}
     for name in opened.elements:
         try:
-            shaders[name] = generate_shader(opened.element(name), target, opened.library, mode)
+            shader = generate_shader(opened.element(name), target, opened.library, mode)
+            shaders[name] = with_headers(shader) if self_contained else shader
         except GenerationError as error:
             raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
     files = {

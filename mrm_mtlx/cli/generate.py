@@ -34,6 +34,9 @@ def generate(
             help="How OSL makes a retroreflective lobe, with --target osl; see docs/osl.md. Default: aligned.",
         ),
     ] = None,
+    self_contained: Annotated[
+        bool, typer.Option("--self-contained", help="Put MaterialX's headers into the source, with --target osl.")
+    ] = False,
     library: Library = Implementation.MRM,
     root: Roots = None,
     timeout: Timeout = TIME_LIMIT_S,
@@ -49,6 +52,7 @@ def generate(
         element=element,
         output=output,
         osl_mode=osl_mode.value if osl_mode else None,
+        self_contained=self_contained,
         library=library.value,
         root=root or (),
         listener=Terminal(),

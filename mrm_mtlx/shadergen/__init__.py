@@ -9,6 +9,7 @@ from mrm_mtlx.shadergen.generate import (
     generate,
     renderable_elements,
 )
+from mrm_mtlx.shadergen.self_contained import header_folder, self_contained
 from mrm_mtlx.shadergen.targets import TARGETS, Target, available_targets
 
 __all__ = [
@@ -21,5 +22,7 @@ __all__ = [
     "Target",
     "available_targets",
     "generate",
+    "header_folder",
     "renderable_elements",
+    "self_contained",
 ]

@@ -209,6 +209,14 @@ def test_generate_takes_the_element_that_is_asked_for(mrm_here, metal):
     assert done.stderr.splitlines()[-1].endswith("third: expected one of material, other")
 
 
+def test_generate_writes_osl_that_needs_no_headers(mrm_here, metal):
+    ordinary, alone = (mrm_here("generate", metal, "--target", "osl", *more) for more in ((), ("--self-contained",)))
+    assert (alone.returncode, alone.stderr) == (0, "")
+    assert "#include" in ordinary.stdout
+    assert "#include" not in alone.stdout
+    assert alone.stdout.endswith(ordinary.stdout.replace('#include "mx_funcs.h"\n', ""))
+
+
 def test_generate_reports_what_cannot_be_generated_as_a_finding(mrm_here, documents):
     done = mrm_here("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
     assert (done.returncode, done.stdout) == (1, "")

@@ -11,17 +11,13 @@ import tempfile
 from pathlib import Path
 from typing import NoReturn
 
-import MaterialX as mx
-
 from mrm_mtlx.engines import commands
 from mrm_mtlx.engines.base import Availability, CompileError, CompileMessage, EngineFailure
 from mrm_mtlx.engines.osl import process
+from mrm_mtlx.shadergen import header_folder
 from mrm_mtlx.system.writing import replacing
 
 _SERIAL = itertools.count()
-
-# The folder, below a MaterialX root, of the headers that generated OSL includes.
-_HEADERS = "libraries/stdlib/genosl/include"
 
 
 def availability() -> Availability:
@@ -108,9 +104,8 @@ def _write(folder: Path, source: str, name: str) -> Path:
     path = folder / f"{name}.osl"
     try:
         if not (folder / "mx_funcs.h").is_file():
-            headers = Path(mx.getDefaultDataSearchPath().find(_HEADERS).asString())
             # The one that is looked for above comes last: without it, all are copied again.
-            for header in sorted(headers.glob("*.h"), key=lambda path: path.name == "mx_funcs.h"):
+            for header in sorted(header_folder().glob("*.h"), key=lambda path: path.name == "mx_funcs.h"):
                 with replacing(folder / header.name) as unfinished:
                     shutil.copy(header, unfinished)
         path.write_text(source, encoding="utf-8")
