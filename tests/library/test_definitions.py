@@ -70,6 +70,16 @@ def test_the_definitions_are_those_of_the_installed_materialx(ours, upstream_lib
     assert differences(ours, upstream_library.document) == []
 
 
+def test_each_file_of_definitions_knows_its_types_as_the_standard_library_has_them(ours, new_nodes, upstream_library):
+    # USD reads every file by itself, and warns of a type that it does not find there.
+    for document in (ours, new_nodes):
+        (bsdf,) = document.getTypeDefs()
+        standard = upstream_library.document.getTypeDef("BSDF")
+        assert {a: bsdf.getAttribute(a) for a in bsdf.getAttributeNames()} == {
+            a: standard.getAttribute(a) for a in standard.getAttributeNames()
+        }
+
+
 PARTIAL = "retroreflectivity"
 
 
