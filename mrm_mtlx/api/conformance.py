@@ -51,7 +51,7 @@ def conformance(
     from mrm_mtlx.conformance.report import ConformanceReport
     from mrm_mtlx.engines.base import CompileError, EngineFailure
     from mrm_mtlx.library import Origin
-    from mrm_mtlx.system.versions import versions
+    from mrm_mtlx.library.dialects import versions
     from mrm_mtlx.validation.runner import engines
 
     check_whole("samples", samples, FEWEST_SAMPLES, MOST_SAMPLES)

@@ -125,8 +125,8 @@ def doctor() -> DoctorReport:
     """Say which targets can be generated, compiled and run here, and what to install for the others."""
     from mrm_mtlx.engines import registry
     from mrm_mtlx.library import load_library, node_library_folder
+    from mrm_mtlx.library.dialects import versions
     from mrm_mtlx.shadergen import available_targets
-    from mrm_mtlx.system.versions import versions
 
     engines, models = survey(), load_library().surface_models
     runner = registry.engine_for("glsl", registry.runs)
@@ -139,8 +139,8 @@ def doctor() -> DoctorReport:
 def coverage() -> CoverageReport:
     """Say which of MaterialX's nodes the reference evaluates."""
     from mrm_mtlx.library import load_library
+    from mrm_mtlx.library.dialects import versions
     from mrm_mtlx.reference.coverage import coverage as covered
-    from mrm_mtlx.system.versions import versions
 
     return CoverageReport(versions(), tuple(covered(load_library().document)))
 

@@ -64,8 +64,8 @@ class FittedMaterial(Shown):
 
     def to_json(self) -> str:
         """The report as JSON, as docs/fitting.md explains it."""
+        from mrm_mtlx.library.dialects import versions
         from mrm_mtlx.system.json_data import finite
-        from mrm_mtlx.system.versions import versions
 
         report = self.fit.to_json(versions(), self.path.name if self.path else "")
         return json.dumps(finite(report), indent=2, allow_nan=False)

@@ -9,16 +9,24 @@ A version is written with two numbers where it is a document's ("1.39"), with th
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import MaterialX as mx
 
+from mrm_mtlx.system.arguments import ArgumentError
+from mrm_mtlx.system.text import shown
+from mrm_mtlx.system.versions import versions as installed_versions
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 _Entry = TypeVar("_Entry")
+
+# Names the version of the data libraries where they are not those that came with the module.
+VARIABLE = "MRM_MATERIALX_VERSION"
 
 _DOCUMENT_VERSION = re.compile(r"\d{1,4}\.\d{1,4}", re.ASCII)
 _VERSION = re.compile(r"\d{1,4}(\.\d{1,4}){1,2}", re.ASCII)
@@ -68,8 +76,23 @@ DIALECTS = {
 
 
 def materialx_version() -> str:
-    """Version of the installed MaterialX, such as "1.39.5"."""
-    return str(mx.getVersionString())
+    """Version of the installed MaterialX, such as "1.39.5", or that of its data libraries, if `VARIABLE` states one.
+
+    Raises
+    ------
+    ArgumentError
+        If the variable has what is no version.
+    """
+    stated = os.environ.get(VARIABLE, "")
+    if stated and _VERSION.fullmatch(stated) is None:
+        msg = f"the environment variable {VARIABLE} is {shown(stated)}, which is no version, such as 1.39.6"
+        raise ArgumentError(msg)
+    return stated or str(mx.getVersionString())
+
+
+def versions() -> dict[str, str]:
+    """Versions of what a verdict depends on, as `system.versions.versions`; of MaterialX as `materialx_version`."""
+    return installed_versions() | {"materialx": materialx_version()}
 
 
 def dialect(version: str) -> Dialect:

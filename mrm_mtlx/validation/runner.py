@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mrm_mtlx.findings.catalogue import all_rules
-from mrm_mtlx.system.versions import versions
+from mrm_mtlx.library.dialects import materialx_version, versions
 from mrm_mtlx.validation.collecting import collect
 from mrm_mtlx.validation.options import ValidationOptions
 from mrm_mtlx.validation.results import ValidationResult
@@ -53,8 +53,12 @@ def documents(
     ------
     PluginError
         If a rule that another package registers is of no use.
+    ArgumentError
+        If an environment variable states no version of MaterialX where it should.
     """
-    all_rules()  # one that does not load is to be known before documents are checked
+    # What is wrong around the documents is to be known before they are checked: a rule that does not load, a variable.
+    all_rules()
+    materialx_version()
     missing, requests = collect(paths, options)
     results = missing + check_all(requests, options, progress)
     for result in results:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import dialects
+from mrm_mtlx.library import dialects, materials_folder
+from mrm_mtlx.system.arguments import ArgumentError
 
 
 def test_the_flag_came_with_1_39_5():
@@ -57,3 +58,28 @@ def test_a_document_is_of_the_version_that_it_states(stated):
 )
 def test_documents_before_1_39_lack_the_flag(version, lacks):
     assert dialects.lacks_retroreflective(version) is lacks
+
+
+def test_data_libraries_of_another_version_than_the_module_are_named_by_a_variable(monkeypatch):
+    monkeypatch.setenv(dialects.VARIABLE, "1.39.6")
+    assert dialects.materialx_version() == dialects.versions()["materialx"] == "1.39.6"
+    monkeypatch.setenv(dialects.VARIABLE, "")
+    assert dialects.materialx_version() == mx.getVersionString()
+
+
+@pytest.mark.parametrize("stated", ["new", "1.", "1.39.6-dev", "1.39.6\x1b[2J", "\N{ARABIC-INDIC DIGIT ONE}.39"])
+def test_a_variable_that_states_no_version_is_refused_in_one_line(monkeypatch, in_process, stated):
+    monkeypatch.setenv(dialects.VARIABLE, stated)
+    with pytest.raises(ArgumentError, match=f"variable {dialects.VARIABLE} is '.*', which is no version"):
+        dialects.materialx_version()
+    for command in (["doctor"], ["validate", materials_folder()]):
+        run = in_process(*command)
+        assert run.exit_code == 2
+        assert run.stderr.count(dialects.VARIABLE) == 1
+        assert "\x1b" not in run.stderr
+
+
+@pytest.mark.parametrize("version", ["", "1", "x", "1.39.x", "1.39.3.1", "-1.39"])
+def test_what_is_no_version_is_refused(version):
+    with pytest.raises(ValueError, match="is no version of MaterialX"):
+        dialects.dialect(version)
