@@ -206,7 +206,7 @@ def _import_all() -> None:
     import mrm_mtlx
 
     for module in pkgutil.walk_packages(mrm_mtlx.__path__, "mrm_mtlx."):
-        if not module.name.endswith("cycles_server"):  # a program for another interpreter
+        if not module.name.endswith("_server"):  # programs for another interpreter
             importlib.import_module(module.name)
     importlib.import_module("matplotlib.pyplot")
 

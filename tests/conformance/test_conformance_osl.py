@@ -106,8 +106,8 @@ def test_results_depend_on_the_seed_and_not_on_what_else_runs(cycles):
 
 def test_without_the_runtime_the_cases_are_skipped_with_reason_and_remedy(monkeypatch, tmp_path):
     monkeypatch.setenv(engine.process.VARIABLE, str(tmp_path / "nowhere"))
-    monkeypatch.setattr(engine.process, "_RUNNING", [])
-    monkeypatch.setattr(engine.process, "availability", engine.process.availability.__wrapped__)  # not the kept answer
+    monkeypatch.setattr(engine.process.RUNTIME, "_running", [])
+    monkeypatch.setattr(engine.process.RUNTIME, "_state", None)  # the kept answer
     for result in results_of(cases()[:2]):
         assert result.status == "skip"
         assert "nowhere" in result.reason

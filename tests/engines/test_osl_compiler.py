@@ -246,11 +246,11 @@ def put_on_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str) ->
 
 @posix
 def test_oslc_is_used_where_it_is_on_the_path(monkeypatch, oslc):
-    monkeypatch.setattr(process, "_RUNNING", [])
+    monkeypatch.setattr(process.RUNTIME, "_running", [])
     assert osl.compiler_availability() == osl.compiler_availability().__class__(True, "oslc")
     osl.check(GOOD, "good")
     assert oslc.read_text() == "good.osl\n"
-    assert process._RUNNING == []  # no Cycles was started for it
+    assert process.RUNTIME._running == []  # no Cycles was started for it
 
 
 @posix
@@ -308,7 +308,7 @@ def test_an_oslc_that_cannot_run_is_not_available(monkeypatch, tmp_path):
 
 
 def test_with_no_compiler_at_all_the_remedy_is_given(no_oslc, monkeypatch):
-    monkeypatch.setattr(process, "_RUNNING", [])
+    monkeypatch.setattr(process.RUNTIME, "_running", [])
     monkeypatch.delenv(process.VARIABLE, raising=False)
     monkeypatch.setitem(sys.modules, "bpy", None)  # the import system's own mark of a module that is not there
     with pytest.raises(EngineFailure, match=r"bpy is not installed.*; .*pip install"):

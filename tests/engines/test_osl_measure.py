@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.engines.blender.process import BlenderProcess
 
 pytestmark = pytest.mark.usefixtures("cycles")
 
@@ -35,7 +36,7 @@ LAMBERTIAN = "shader lambertian(float w = 1, output closure color out = 0)\n{\n 
 
 
 @cache
-def compiled(source: str, runtime: process.CyclesProcess) -> Path:
+def compiled(source: str, runtime: BlenderProcess) -> Path:
     """A shader, compiled once per runtime."""
     assert runtime is process.runtime()
     return osl.compile_for_cycles(source, source.split()[1].split("(")[0])

@@ -21,6 +21,8 @@ import pytest
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.base import EngineFailure
+from mrm_mtlx.engines.blender.process import BlenderProcess
+from mrm_mtlx.engines.blender.runtime import PYTHON, REQUIREMENT
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.system.writing import replacing
 
@@ -58,7 +60,7 @@ def temporary(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch, temporary: Path) -> Iterator[Path]:
     """The engine as a process has it at its start, none running; what it starts ends with the test."""
-    monkeypatch.setattr(process, "_RUNNING", [])
+    monkeypatch.setattr(process.RUNTIME, "_running", [])
     yield temporary
     process.stop()
 
@@ -69,7 +71,7 @@ def tried(monkeypatch: pytest.MonkeyPatch, fresh: Path) -> Callable[[str | Path]
 
     def availability(interpreter: str | Path):
         monkeypatch.setenv(process.VARIABLE, str(interpreter))
-        return process.availability.__wrapped__()  # the answer of this moment, not the kept one
+        return process.RUNTIME.tried()  # the answer of this moment, not the kept one
 
     return availability
 
@@ -159,7 +161,7 @@ def test_asking_for_a_runtime_that_cannot_start_is_a_runtime_failure(monkeypatch
 
 
 def test_an_interpreter_may_be_named_by_a_relative_path_as_the_remedy_does(cycles, tried, monkeypatch, tmp_path):
-    (tmp_path / "osl").symlink_to(Path(process.interpreter()).parents[1])
+    (tmp_path / "osl").symlink_to(Path(process.RUNTIME.interpreter()).parents[1])
     monkeypatch.chdir(tmp_path)
     state = tried("osl/bin/python")
     assert state.available, state.detail
@@ -190,8 +192,8 @@ def without_bpy(monkeypatch: pytest.MonkeyPatch, fresh: Path) -> None:
 
 
 def test_without_bpy_the_reason_and_its_remedy_fit_the_version_of_python(without_bpy, monkeypatch):
-    monkeypatch.setattr(sys, "version_info", Version(*process.PYTHON, 9))
-    state = process.availability.__wrapped__()
+    monkeypatch.setattr(sys, "version_info", Version(*PYTHON, 9))
+    state = process.RUNTIME.tried()
     assert_absent(state, "bpy is not installed")
     assert state.detail == "bpy is not installed"
     assert state.remedy == "pip install 'mrm-mtlx[osl]'"
@@ -199,11 +201,11 @@ def test_without_bpy_the_reason_and_its_remedy_fit_the_version_of_python(without
 
 def test_another_python_is_told_of_the_one_that_bpy_is_for(without_bpy, monkeypatch):
     monkeypatch.setattr(sys, "version_info", Version(3, 13, 1))
-    state = process.availability.__wrapped__()
+    state = process.RUNTIME.tried()
     assert_absent(state, "its wheel is for Python 3.11 alone (this is 3.13)")
     # A command for the other Python: an extra of this package would not resolve here.
     assert state.remedy.startswith("python3.11 -m venv ")
-    assert f"pip install '{process.REQUIREMENT}'" in state.remedy
+    assert f"pip install '{REQUIREMENT}'" in state.remedy
     assert process.VARIABLE in state.remedy
     with pytest.raises(EngineFailure, match=r"its wheel is for Python 3\.11 alone .*; python3\.11 -m venv"):
         process.runtime()
@@ -273,7 +275,7 @@ def test_a_crash_is_named_by_its_signal_and_the_next_one_starts_anew(cycles, fre
 
 @linux
 def test_a_request_that_takes_too_long_is_ended_with_the_process(cycles, fresh, monkeypatch):
-    monkeypatch.setitem(process.CyclesProcess.request.__kwdefaults__, "timeout_s", 0.5)
+    monkeypatch.setitem(BlenderProcess.request.__kwdefaults__, "timeout_s", 0.5)
     runtime = process.runtime()
     start = time.monotonic()
     with pytest.raises(EngineFailure, match=r"gave no answer within 0\.5 s"):
@@ -285,7 +287,7 @@ def test_a_request_that_takes_too_long_is_ended_with_the_process(cycles, fresh, 
 @linux
 def test_what_follows_a_request_that_took_too_long_has_a_process_of_its_own(cycles, fresh, monkeypatch):
     with monkeypatch.context() as impatient:
-        impatient.setitem(process.CyclesProcess.request.__kwdefaults__, "timeout_s", 0.5)
+        impatient.setitem(BlenderProcess.request.__kwdefaults__, "timeout_s", 0.5)
         with pytest.raises(EngineFailure, match="gave no answer"):
             endless()
     assert process.runtime().request("versions")[0]["with_osl"]
@@ -301,7 +303,7 @@ def test_a_refused_request_leaves_the_process_alive(cycles):
 
 @linux
 def test_closing_ends_the_process_and_removes_its_folder(cycles, temporary):
-    with process.CyclesProcess(process.interpreter()) as own:
+    with BlenderProcess(process.RUNTIME.interpreter(), process.SERVER) as own:
         assert running(own.versions["pid"])
         assert left_in(temporary) == [own.folder.name]
     assert not running(own.versions["pid"])
@@ -310,7 +312,7 @@ def test_closing_ends_the_process_and_removes_its_folder(cycles, temporary):
 
 
 def test_closing_leaves_nothing_of_blenders_either(cycles, temporary):
-    process.CyclesProcess(process.interpreter()).close()
+    BlenderProcess(process.RUNTIME.interpreter(), process.SERVER).close()
     assert list(temporary.iterdir()) == []
 
 
@@ -389,7 +391,7 @@ def test_a_runtime_that_dies_as_it_first_starts_is_tried_once_more(tried, tmp_pa
     once = tmp_path / "once"
     once.write_text(
         f"#!/bin/sh\n[ -e {tmp_path}/died ] || {{ touch {tmp_path}/died; kill -SEGV $$; }}\n"
-        f'exec {process.sys.executable} "$@"\n'
+        f'exec {sys.executable} "$@"\n'
     )
     once.chmod(0o755)
     assert tried(once).available
@@ -492,7 +494,7 @@ def test_a_missing_folder_of_temporary_files_is_a_runtime_failure(cycles, fresh,
     monkeypatch.setattr(tempfile, "tempdir", str(fresh / "nowhere"))
     with pytest.raises(EngineFailure, match="no temporary folder could be made: No such file or directory"):
         process.runtime()
-    state = process.availability.__wrapped__()
+    state = process.RUNTIME.tried()
     assert_absent(state, "no temporary folder could be made")
 
 

@@ -14,6 +14,7 @@ from mrm_mtlx import bsdf
 from mrm_mtlx.bsdf import fresnel
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.base import Scene, looking_along
+from mrm_mtlx.engines.blender.process import LOG
 from mrm_mtlx.library import node_library_folder
 from mrm_mtlx.shadergen import OslMode, generate
 
@@ -178,7 +179,7 @@ def test_with_the_flag_every_bit_may_change(lit, rng, hemisphere):
 
 def printed_by(render: Callable[[], Array]) -> tuple[Array, str]:
     """A render, and what Blender printed meanwhile."""
-    log = osl.process.runtime().folder / "cycles.log"
+    log = osl.process.runtime().folder / LOG
     before = log.stat().st_size
     found = render()
     return found, log.read_bytes()[before:].decode()

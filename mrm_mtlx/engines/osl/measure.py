@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from mrm_mtlx.bsdf.arrays import Array
+    from mrm_mtlx.engines.blender.process import BlenderProcess
 
 # Facets per render: bounds the memory of a scene.
 _BATCH = 1 << 16
@@ -95,7 +96,7 @@ def true_normals(normals: Array) -> NDArray[np.float32]:
 
 
 @lru_cache(maxsize=1)
-def _normal_shader(runtime: process.CyclesProcess) -> Path:
+def _normal_shader(runtime: BlenderProcess) -> Path:
     """A shader that emits N, compiled in this runtime."""
     del runtime  # tells one process's files from the next one's
     source = "shader mrm_normals(output closure color out = 0)\n{\n    out = emission() * color(N[0], N[1], N[2]);\n}\n"

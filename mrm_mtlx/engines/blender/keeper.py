@@ -1,4 +1,4 @@
-"""Runs the program of Cycles and waits: a program of its own, of the standard library alone.
+"""Runs a program of Blender and waits: a program of its own, of the standard library alone.
 
 While Blender works, is stopped, or hangs, it does not notice that whoever started it has ended. This process does: it
 ends Blender then, and removes the folder that the two shared. Started by `process`, imported by nothing.
