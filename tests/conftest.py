@@ -30,6 +30,7 @@ pytest_plugins = [
     "tests.fixtures.checks",
     "tests.fixtures.commands",
     "tests.fixtures.drivers",
+    "tests.fixtures.environments",
     "tests.fixtures.files",
     "tests.fixtures.material",
     "tests.fixtures.plugins",
