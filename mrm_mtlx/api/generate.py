@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
@@ -70,6 +70,7 @@ def generate(
     output: PathLike | None = None,
     osl_mode: OslModeName | None = None,
     self_contained: bool = False,
+    script_node: bool = False,
     library: LibraryName = "mrm",
     root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
@@ -90,6 +91,8 @@ def generate(
         How OSL makes a retroreflective lobe, with that target; see docs/osl.md. Default: aligned.
     self_contained
         OSL with MaterialX's headers in it, for hosts that have none of them.
+    script_node
+        Self-contained OSL for Blender's Script node, whose sockets are the inputs that the document sets.
     library
         Whose implementation of the flag: this project's or MaterialX's ("upstream").
     root
@@ -107,19 +110,21 @@ def generate(
     from mrm_mtlx.findings import rules
     from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode
     from mrm_mtlx.shadergen import generate as generate_shader
-    from mrm_mtlx.shadergen import self_contained as with_headers
 
     check_targets([target])
     check_choice("osl_mode", osl_mode, tuple(OslMode))
     if target != "osl":
-        refuse({"osl_mode": osl_mode, "self_contained": self_contained}, "only with `target` osl")
+        refuse(
+            {"osl_mode": osl_mode, "self_contained": self_contained, "script_node": script_node},
+            "only with `target` osl",
+        )
     opened = open_document(path, element=element, library=library, root=root, listener=listener)
     mode = OslMode(osl_mode or "aligned")
     shaders: dict[str, Shader] = {}
     for name in opened.elements:
         try:
             shader = generate_shader(opened.element(name), target, opened.library, mode)
-            shaders[name] = with_headers(shader) if self_contained else shader
+            shaders[name] = _in_form(opened.element(name), shader, self_contained, script_node)
         except GenerationError as error:
             raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
     files = {
@@ -151,6 +156,15 @@ def check_targets(names: str | Sequence[str], allowed: Sequence[str] | None = No
         msg = f"{', '.join(map(str, unknown))}: expected one of {', '.join(allowed)}"
         raise ArgumentError(msg, "target")
     return tuple(dict.fromkeys(names)) or tuple(allowed)
+
+
+def _in_form(element: Any, shader: Shader, self_contained: bool, script_node: bool) -> Shader:
+    """A generated shader in the form that is asked for; a Script node's is self-contained."""
+    from mrm_mtlx import shadergen
+
+    if script_node:
+        return shadergen.script_node(element, shader).shader
+    return shadergen.self_contained(shader) if self_contained else shader
 
 
 def _write(sources: Mapping[str, str], folder: Path, argument: str) -> list[Path]:

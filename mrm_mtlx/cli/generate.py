@@ -37,6 +37,13 @@ def generate(
     self_contained: Annotated[
         bool, typer.Option("--self-contained", help="Put MaterialX's headers into the source, with --target osl.")
     ] = False,
+    script_node: Annotated[
+        bool,
+        typer.Option(
+            "--script-node",
+            help="For Blender's Script node, with --target osl: self-contained, its sockets what the document sets.",
+        ),
+    ] = False,
     library: Library = Implementation.MRM,
     root: Roots = None,
     timeout: Timeout = TIME_LIMIT_S,
@@ -53,6 +60,7 @@ def generate(
         output=output,
         osl_mode=osl_mode.value if osl_mode else None,
         self_contained=self_contained,
+        script_node=script_node,
         library=library.value,
         root=root or (),
         listener=Terminal(),

@@ -9,7 +9,9 @@ from mrm_mtlx.shadergen.generate import (
     generate,
     renderable_elements,
 )
+from mrm_mtlx.shadergen.script_node import ScriptNode, script_node, with_texture_coordinates
 from mrm_mtlx.shadergen.self_contained import header_folder, self_contained
+from mrm_mtlx.shadergen.sockets import Socket
 from mrm_mtlx.shadergen.targets import TARGETS, Target, available_targets
 
 __all__ = [
@@ -18,11 +20,15 @@ __all__ = [
     "MissingCodeError",
     "OslMode",
     "Port",
+    "ScriptNode",
     "Shader",
+    "Socket",
     "Target",
     "available_targets",
     "generate",
     "header_folder",
     "renderable_elements",
+    "script_node",
     "self_contained",
+    "with_texture_coordinates",
 ]

@@ -217,6 +217,14 @@ def test_generate_writes_osl_that_needs_no_headers(mrm_here, metal):
     assert alone.stdout.endswith(ordinary.stdout.replace('#include "mx_funcs.h"\n', ""))
 
 
+def test_generate_writes_osl_for_a_script_node(mrm_here, metal):
+    done = mrm_here("generate", metal, "--target", "osl", "--script-node", "--osl-mode", "cycles")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "#include" not in done.stdout
+    assert done.stdout.startswith("#define MRM_OSL_MODE 2\n")
+    assert 'string label = "Tangent"' in done.stdout
+
+
 def test_generate_reports_what_cannot_be_generated_as_a_finding(mrm_here, documents):
     done = mrm_here("generate", documents / "SHADER_GENERATE" / "triggers.mtlx")
     assert (done.returncode, done.stdout) == (1, "")

@@ -200,6 +200,7 @@ def test_the_script_for_a_shell_is_printed(mrm, shell):
         (("render", "a", "-o", "a.png", "--osl-mode", "aligned"), "for --osl-mode: only with an engine that traces"),
         (("generate", "a", "--osl-mode", "cycles"), "for --osl-mode: only with --target osl"),
         (("generate", "a", "--self-contained"), "for --self-contained: only with --target osl"),
+        (("generate", "a", "--script-node"), "for --script-node: only with --target osl"),
         (("rules", "READ", "--markdown"), "for CODE: not with --markdown, which has all rules"),
         (("plot", "-o", "a.svg", "--light", "up"), "for --light: 'up': expected a number"),
         (("fit", "--ra", "1:1:1", "-o", "a.json"), "for --output: a.json: a MaterialX document is written; expected"),
