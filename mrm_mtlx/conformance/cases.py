@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 import numpy as np
 
+from mrm_mtlx.library.load import set_data_library
 from mrm_mtlx.validation.comparison import sampling
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference import ShadingPoints
 
 NODES = ("conductor_bsdf", "dielectric_bsdf", "generalized_schlick_bsdf")
+
+# Name of the material of a case; a library's definitions, which may be in the document, have others.
+MATERIAL = "case"
 
 # Range of widths: from the sharpest real retroreflector to a fully rough surface.
 ALPHA_RANGE = (0.0025, 1.0)
@@ -64,7 +68,7 @@ def case_document(case: Case, library_document: mx.Document, *, from_properties:
     of the mesh, from a node that holds the value, see `shader_parameters`.
     """
     document = mx.createDocument()
-    document.setDataLibrary(library_document)
+    set_data_library(document, library_document)
     lobe = document.addNode(case.node, "lobe", "BSDF")
     definition = lobe.getNodeDef()
     names = [*_RANGES[case.node], "roughness", "weight", *(_FILM if case.film else ())]
@@ -74,7 +78,7 @@ def case_document(case: Case, library_document: mx.Document, *, from_properties:
     lobe.setInputValue("retroreflective", case.retroreflective)
     surface = document.addNode("surface", "surface", "surfaceshader")
     surface.addInput("bsdf", "BSDF").setNodeName("lobe")
-    document.addMaterialNode("material", surface)
+    document.addMaterialNode(MATERIAL, surface)
     return document
 
 

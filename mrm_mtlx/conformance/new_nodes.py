@@ -16,7 +16,16 @@ import MaterialX as mx
 import numpy as np
 
 from mrm_mtlx.bsdf import prismatic
-from mrm_mtlx.conformance.cases import NODES, Case, case_document, case_points, draw_properties, source_node
+from mrm_mtlx.conformance.cases import (
+    MATERIAL,
+    NODES,
+    Case,
+    case_document,
+    case_points,
+    draw_properties,
+    source_node,
+)
+from mrm_mtlx.library.load import set_data_library
 from mrm_mtlx.reference import Surface
 from mrm_mtlx.reference.float32.rounding import Tolerance
 from mrm_mtlx.shadergen import renderable_elements
@@ -154,7 +163,7 @@ def _expected_share(case: NewCase, points: ShadingPoints) -> Array:
 
 def _weight_document(case: NewCase, library_document: mx.Document, from_properties: bool) -> mx.Document:
     document = mx.createDocument()
-    document.setDataLibrary(library_document)
+    set_data_library(document, library_document)
     weight = document.addNode(WEIGHT_NODE, "lobe", "float")
     for name in ("ior", "rotation"):
         weight.addInput(name, "float").setNodeName(source_node(document, name, "float", from_properties))
@@ -166,5 +175,5 @@ def _weight_document(case: NewCase, library_document: mx.Document, from_properti
     diffuse.setInputValue("color", mx.Color3(1.0, 1.0, 1.0))
     surface: Any = document.addNode("surface", "surface", "surfaceshader")
     surface.addInput("bsdf", "BSDF").setNodeName("diffuse")
-    document.addMaterialNode("material", surface)
+    document.addMaterialNode(MATERIAL, surface)
     return document

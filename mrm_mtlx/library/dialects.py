@@ -49,6 +49,10 @@ class Dialect:
         Target `genmsl` takes the microfacet functions of `genglsl`, and has no implementation elements for them.
     has_data_libraries
         Documents refer to a data library, and have no copy of its elements.
+    type_registration
+        The method by which a shader generator learns the types of a document; "" where it has none.
+    least_environment_samples
+        Fewest directions to an environment with which generated code gives a number; 0 gives 0 / 0 before 1.39.5.
     """
 
     has_retroreflective: bool
@@ -56,15 +60,24 @@ class Dialect:
     unserved: str = ""
     msl_inherits: bool = True
     has_data_libraries: bool = True
+    type_registration: str = "registerTypeDefs"
+    least_environment_samples: int = 0
 
 
 _BEFORE_1_39 = Dialect(
     has_retroreflective=False,
     unserved="it refuses documents of version 1.39, and its microfacet nodes have neither a thin film nor color82",
 )
-_1_39_0 = Dialect(has_retroreflective=False, closures="1.39.0", msl_inherits=False, has_data_libraries=False)
-_1_39_2 = replace(_1_39_0, msl_inherits=True, has_data_libraries=True)
-_1_39_3 = replace(_1_39_2, closures="1.39.3")
+_1_39_0 = Dialect(
+    has_retroreflective=False,
+    closures="1.39.0",
+    msl_inherits=False,
+    has_data_libraries=False,
+    type_registration="",
+    least_environment_samples=1,
+)
+_1_39_2 = replace(_1_39_0, msl_inherits=True, has_data_libraries=True, type_registration="loadStructTypeDefs")
+_1_39_3 = replace(_1_39_2, closures="1.39.3", type_registration="registerTypeDefs")
 
 DIALECTS = {
     "1.0": _BEFORE_1_39,
@@ -93,6 +106,11 @@ def materialx_version() -> str:
 def versions() -> dict[str, str]:
     """Versions of what a verdict depends on, as `system.versions.versions`; of MaterialX as `materialx_version`."""
     return installed_versions() | {"materialx": materialx_version()}
+
+
+def installed() -> Dialect:
+    """The dialect of `materialx_version`."""
+    return dialect(materialx_version())
 
 
 def dialect(version: str) -> Dialect:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from MaterialX import PyMaterialXGenShader as mx_gen
 
+from mrm_mtlx.library import dialects
 from mrm_mtlx.shadergen.coverage import of_two_transforms, without_code
 from mrm_mtlx.shadergen.names import shader_name
 from mrm_mtlx.shadergen.targets import TARGETS, Target
@@ -142,7 +143,8 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
 def _context(generator: Any, target: Target, library: DataLibrary, document: mx.Document) -> Any:
     context = mx_gen.GenContext(generator)
     context.registerSourceCodeSearchPath(library.search_path)
-    generator.registerTypeDefs(document)  # and of its data library
+    if dialects.installed().type_registration:
+        getattr(generator, dialects.installed().type_registration)(document)  # and of its data library
     colours = mx_gen.DefaultColorManagementSystem.create(generator.getTarget())
     colours.loadLibrary(library.document)
     generator.setColorManagementSystem(colours)

@@ -14,6 +14,7 @@ from mrm_mtlx.engines.gl.context import context, free_textures, parking_target
 from mrm_mtlx.engines.gl.image_calls import samplings
 from mrm_mtlx.engines.gl.textures import stand_in, texture_bytes, upload
 from mrm_mtlx.engines.gl.vertex_stage import COMPONENTS, vertex_source
+from mrm_mtlx.library import dialects
 from mrm_mtlx.shadergen.generate import LIGHT_TYPES
 from mrm_mtlx.system.text import text_lines
 
@@ -254,7 +255,8 @@ class SurfaceProgram(Program):
             stack.callback(bound[name].release)
         mips = 1 + int(np.log2(max(images["u_envRadiance"].shape[:2])))
         self._set("u_envRadianceMips", mips)
-        self._set("u_envRadianceSamples", 0 if environment is None else environment.samples)
+        least = dialects.installed().least_environment_samples
+        self._set("u_envRadianceSamples", least if environment is None else environment.samples)
         for unit, (name, texture) in enumerate(sorted(bound.items())):
             texture.use(location=unit)
             self._set(name, unit)

@@ -11,7 +11,7 @@ from mrm_mtlx.library import dialects
 from mrm_mtlx.reference.versions import materialx_1_39_5
 from mrm_mtlx.reference.versions.numbers import Numbers
 
-NUMBERS = {"1.39.5": materialx_1_39_5.NUMBERS}
+NUMBERS = {"1.39.0": materialx_1_39_5.NUMBERS}
 
 
 @cache
