@@ -108,7 +108,7 @@ def generate(
         If the document cannot be used; ShaderError if MaterialX refuses a surface.
     """
     from mrm_mtlx.findings import rules
-    from mrm_mtlx.shadergen import TARGETS, GenerationError, OslMode
+    from mrm_mtlx.shadergen import GenerationError, OslMode, suffixes_of
     from mrm_mtlx.shadergen import generate as generate_shader
 
     check_targets([target])
@@ -130,7 +130,7 @@ def generate(
     files = {
         f"{name.replace('/', '_')}{suffix}": shader.sources[stage]
         for name, shader in shaders.items()
-        for stage, suffix in TARGETS[target].suffixes.items()
+        for stage, suffix in suffixes_of(target).items()
     }
     if output is not None:
         for file in _write(files, Path(output), "output"):
@@ -147,9 +147,9 @@ def check_targets(names: str | Sequence[str], allowed: Sequence[str] | None = No
         If one is not among the allowed: by default, those that can be generated.
     """
     if allowed is None:
-        from mrm_mtlx.shadergen import available_targets
+        from mrm_mtlx.shadergen import all_targets
 
-        allowed = available_targets()
+        allowed = all_targets()
     names = one_or_more(names)
     unknown = [name for name in names if name not in allowed]
     if unknown:

@@ -6,17 +6,27 @@ from mrm_mtlx.shadergen.generate import (
     OslMode,
     Port,
     Shader,
-    generate,
     renderable_elements,
 )
 from mrm_mtlx.shadergen.script_node import ScriptNode, script_node, with_texture_coordinates
 from mrm_mtlx.shadergen.self_contained import header_folder, self_contained
 from mrm_mtlx.shadergen.sockets import Socket
-from mrm_mtlx.shadergen.targets import TARGETS, Target, available_targets
+from mrm_mtlx.shadergen.source import generate
+from mrm_mtlx.shadergen.targets import (
+    HOST_TARGETS,
+    TARGETS,
+    HostTarget,
+    Target,
+    all_targets,
+    available_targets,
+    suffixes_of,
+)
 
 __all__ = [
+    "HOST_TARGETS",
     "TARGETS",
     "GenerationError",
+    "HostTarget",
     "MissingCodeError",
     "OslMode",
     "Port",
@@ -24,11 +34,13 @@ __all__ = [
     "Shader",
     "Socket",
     "Target",
+    "all_targets",
     "available_targets",
     "generate",
     "header_folder",
     "renderable_elements",
     "script_node",
     "self_contained",
+    "suffixes_of",
     "with_texture_coordinates",
 ]

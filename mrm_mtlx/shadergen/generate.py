@@ -188,11 +188,11 @@ def _inputs(stage: Any, generator: Any, target: Target) -> tuple[tuple[Port, ...
 def _port(port: Any) -> Port:
     value = port.getValue()
     if value is not None:  # one of a type with members has nothing but its text
-        value = _plain(value.getData()) if hasattr(value, "getData") else str(value.getValueString())
+        value = plain_value(value.getData()) if hasattr(value, "getData") else str(value.getValueString())
     return Port(str(port.getVariable()), str(port.getType().getName()), value, str(port.getPath()))
 
 
-def _plain(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
     """MaterialX vectors, colours and matrices as flat tuples of floats; other values as they are."""
     if isinstance(value, bool | int | float | str):
         return value

@@ -1,4 +1,4 @@
-"""The shading languages that MaterialX can generate."""
+"""The shading languages that MaterialX can generate, and the hosts that do so themselves."""
 
 from __future__ import annotations
 
@@ -73,6 +73,30 @@ TARGETS: dict[str, Target] = {
         ),
     )
 }
+
+
+@dataclass(frozen=True)
+class HostTarget:
+    """A host that takes materials and generates its shaders itself, with a MaterialX of its own.
+
+    `name` and `suffixes` are as those of a `Target`; its one stage is the material, as a layer of USD.
+    """
+
+    name: str
+    suffixes: dict[str, str]
+
+
+HOST_TARGETS: dict[str, HostTarget] = {"storm": HostTarget("storm", {"pixel": ".usda"})}
+
+
+def suffixes_of(target: str) -> dict[str, str]:
+    """File suffix per stage of any target."""
+    return HOST_TARGETS[target].suffixes if target in HOST_TARGETS else TARGETS[target].suffixes
+
+
+def all_targets() -> tuple[str, ...]:
+    """Names of the targets that can be asked for: those that are available, and the hosts, which take their time."""
+    return (*available_targets(), *HOST_TARGETS)
 
 
 @cache

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def ignored_flags(shader: Shader, nodes: Iterable[Any]) -> frozenset[str]:
     """Names of the nodes whose retroreflective flag, or amount, the generated code does not depend on."""
     # An amount has no variable; the graph behind it has flags, which the node library honours wherever it has code.
-    in_module = TARGETS[shader.target].flag_module is not None
+    in_module = _flag_module(shader) is not None
     names = (str(node.getName()) for node in nodes if in_module or not amount_input(node))
     return frozenset(name for name in names if ignores_flag(shader, name))
 
@@ -29,7 +29,7 @@ def ignores_flag(shader: Shader, node_name: str) -> bool:
     functions none of which reads the parameter; where a module of the host has the lobes, if its version does.
     """
     source = shader.sources["pixel"]
-    if module := TARGETS[shader.target].flag_module:
+    if module := _flag_module(shader):
         pattern, first = module
         return max(map(int, re.findall(pattern, source)), default=0) < first
     flag = rf"\b{re.escape(node_name)}_retroreflective\b"
@@ -46,3 +46,8 @@ def _reads_argument(source: str, function: str, arguments: str, flag: str) -> bo
     index = next(i for i, argument in enumerate(arguments.split(",")) if re.search(flag, argument))
     parameter = definition[1].split(",")[index].split()[-1]
     return re.search(rf"\b{parameter}\b", definition[2]) is not None
+
+
+def _flag_module(shader: Shader) -> tuple[str, int] | None:
+    """As `Target.flag_module`; a host that generates its own code has none."""
+    return TARGETS[shader.target].flag_module if shader.target in TARGETS else None

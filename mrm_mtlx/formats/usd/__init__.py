@@ -4,8 +4,8 @@
 * `importer`: a stage's materials as a document.
 * `exporter`: a document's materials as a stage.
 
-They share `prims` (which of a material are MaterialX's), `values` (types, values and colour spaces) and `messages`
-(what USD says, as it is shown).
+They share `prims` (which of a material are MaterialX's) and `messages` (what USD says, as it is shown), and with
+`shadergen.usd`, which writes single materials, its `values`.
 """
 
 from mrm_mtlx.formats.usd.exporter.stage_file import names, write

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 from pxr import Usd, UsdShade
 
-from mrm_mtlx.formats.usd.values import color_space
+from mrm_mtlx.shadergen.usd.values import TERMINALS, color_space
 
-# Inputs of a material node, and the node's category, by the material's terminal.
-TERMINALS = {
-    "surface": ("surfaceshader", "surfacematerial"),
-    "displacement": ("displacementshader", "surfacematerial"),
-    "volume": ("volumeshader", "volumematerial"),
-}
 # What the ids of MaterialX's node definitions begin with.
 ID_PREFIX = "ND_"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrm_mtlx.formats.usd import values
+from mrm_mtlx.shadergen.usd import values
 from tests.fixtures.material import CORPORA
 
 REPOSITORY = Path(__file__).parents[3]

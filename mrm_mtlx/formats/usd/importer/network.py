@@ -12,9 +12,9 @@ from pxr import Sdf, Usd, UsdShade
 
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.usd.importer.versions import earlier_definition, upgraded, version_of
-from mrm_mtlx.formats.usd.prims import TERMINALS, is_closed, is_materialx, space_of, terminals
-from mrm_mtlx.formats.usd.values import COLORED, materialx_type, outputs_of, to_text
+from mrm_mtlx.formats.usd.prims import is_closed, is_materialx, space_of, terminals
 from mrm_mtlx.library.dialects import is_document_version, is_upgraded
+from mrm_mtlx.shadergen.usd.values import COLORED, TERMINALS, materialx_type, outputs_of, to_text
 from mrm_mtlx.system.text import shown
 
 if TYPE_CHECKING:

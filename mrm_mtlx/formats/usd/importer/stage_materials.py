@@ -18,7 +18,7 @@ from mrm_mtlx.formats.usd.importer.validators import validator_findings
 from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.formats.usd.opening.stage import open_stage
 from mrm_mtlx.formats.usd.prims import terminals
-from mrm_mtlx.formats.usd.values import color_space
+from mrm_mtlx.shadergen.usd.values import color_space
 from mrm_mtlx.system.console import silenced
 
 if TYPE_CHECKING:

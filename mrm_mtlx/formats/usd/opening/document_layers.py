@@ -12,8 +12,7 @@ from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.materialx.importer import read_xml
 from mrm_mtlx.formats.usd.exporter.material_prims import write_materials
 from mrm_mtlx.formats.usd.messages import said
-from mrm_mtlx.formats.usd.prims import TERMINALS
-from mrm_mtlx.formats.usd.values import COLORED, sdf_type
+from mrm_mtlx.shadergen.usd.values import COLORED, TERMINALS, sdf_type
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,8 @@ from mrm_mtlx.documents.document import Document
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_for
-from mrm_mtlx.formats.usd.exporter import material_prims, stage_file
+from mrm_mtlx.formats.usd.exporter import stage_file
+from mrm_mtlx.shadergen.usd import material_prims
 
 LEAF = '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{}</oren_nayar_diffuse_bsdf>'
 USE = (

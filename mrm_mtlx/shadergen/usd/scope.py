@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx
 from pxr import UsdShade
 
-from mrm_mtlx.formats.usd import prims
-from mrm_mtlx.formats.usd.values import SDF_TYPES, sdf_type
+from mrm_mtlx.shadergen.usd import values
+from mrm_mtlx.shadergen.usd.values import SDF_TYPES, sdf_type
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 # The kind of material output, by the input of a material node or the type of a shader.
-TERMINALS = {given: terminal for terminal, (given, _) in prims.TERMINALS.items()}
+TERMINALS = {given: terminal for terminal, (given, _) in values.TERMINALS.items()}
 
 
 class Scope:

@@ -1,4 +1,4 @@
-"""Types, values and colour spaces of MaterialX in USD, and back."""
+"""Types, values, colour spaces and terminals of MaterialX in USD, and back."""
 
 from __future__ import annotations
 
@@ -40,6 +40,12 @@ SDF_TYPES = {
 _MATERIALX_TYPES = {str(sdf): kind for kind, sdf in SDF_TYPES.items() if kind != "geomname"}
 _VECTORS = {"float2": Gf.Vec2f, "float3": Gf.Vec3f, "float4": Gf.Vec4f, "color3f": Gf.Vec3f, "color4f": Gf.Vec4f}
 
+# Inputs of a material node, and the node's category, by the material's terminal.
+TERMINALS = {
+    "surface": ("surfaceshader", "surfacematerial"),
+    "displacement": ("displacementshader", "surfacematerial"),
+    "volume": ("volumeshader", "volumematerial"),
+}
 # Types that MaterialX converts colours of, and images.
 COLORED = ("color3", "color4", "filename")
 
