@@ -120,6 +120,11 @@ COMMANDS = {
     "python -m tools.compare_outputs ../before . --keep before-outputs": (
         "(takes minutes; tests/tools/test_compare_outputs.py compares small ones)"
     ),
+    (
+        "python -m tools.environments ENVIRONMENTS 1.39.2 1.39.4 "
+        '--run "conformance --target glsl --target essl --samples 8192" --run "validate materials"'
+    ): "(needs the package index; .ci/run does it, tests/tools/test_environments.py a part)",
+    "pytest -m versions": "(needs the package index)",
     "python -m tools.trace_files": "(takes minutes; tests/hostile/test_trace.py runs a part)",
     "mrm vectors --format csv -o vectors.csv": "(tests/cli/test_vectors.py writes them)",
     "mrm fit data.csv -o sheet.mtlx": "(tests/cli/test_fit.py has the data)",

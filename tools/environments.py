@@ -91,7 +91,7 @@ def _install(python: Path, version: str) -> None:
     # Constraints of the environment here are of another MaterialX.
     variables = {key: value for key, value in os.environ.items() if key != "PIP_CONSTRAINT"}
     options = ["--quiet", "--disable-pip-version-check", "--no-deps", "--only-binary", ":all:"]
-    command = [python, "-m", "pip", "install", *options, f"MaterialX=={version}"]
+    command = [str(python), "-m", "pip", "install", *options, f"MaterialX=={version}"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=variables)
     if done.returncode:
         words = done.stderr.strip() or done.stdout.strip()

@@ -1,0 +1,154 @@
+"""The node library with each version of MaterialX that it serves, and not only with the installed one."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from mrm_mtlx.engines import osl
+from mrm_mtlx.library import materials_folder
+from mrm_mtlx.library.assembly import served
+from tests.library.test_wrappers import NODES, arguments, mismatches, standard_source, wrapper
+from tools.environments import MAIN, MAIN_VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+pytestmark = pytest.mark.versions
+
+VERSIONS = ("1.39.0", "1.39.1", "1.39.2", "1.39.3", "1.39.4", MAIN)
+# GLSL for Vulkan names a block before it declares it; MaterialX's own materials do not compile either.
+WITHOUT_VULKAN = ("1.39.0", "1.39.1", "1.39.2", "1.39.3")
+
+
+def number(version: str) -> str:
+    return MAIN_VERSION if version == MAIN else version
+
+
+def libraries(python: Path) -> Path:
+    """The data libraries of an environment."""
+    ask = "import MaterialX as mx; print(mx.getDefaultDataSearchPath().find('libraries').asString())"
+    return Path(subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True).stdout.strip())
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_wrappers_have_the_functions_of_the_version(with_materialx, version):
+    folder, has_flag = libraries(with_materialx(version)), served(number(version)).has_retroreflective
+    for node in NODES:
+        ours = wrapper(number(version), node)
+        assert mismatches(node, ours, standard_source(node, folder), has_flag) == []
+        damaged = ours.replace("vec3 N, vec3 X", "vec3 X, vec3 N")
+        assert mismatches(node, damaged, standard_source(node, folder), has_flag) != []
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_every_case_is_as_the_oracle_has_it(mrm_with, version):
+    run = mrm_with(version, "conformance", "--target", "glsl", "--target", "essl", "--samples", "8192")
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "64 passed, 0 failed, 0 skipped" in run.stdout
+
+
+@pytest.fixture
+def changed(repository: Path, tmp_path: Path) -> Callable[[str, str, str], Path]:
+    """Function from a file of the node library, and what is replaced in it by what, to a copy of the package."""
+
+    def change(name: str, old: str, new: str) -> Path:
+        copy = tmp_path / "changed"
+        for folder in ("mrm_mtlx", "libraries", "materials", "materials_classes"):
+            shutil.copytree(repository / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+        path = copy / "libraries" / "pbrlib" / name
+        text = path.read_text(encoding="utf-8")
+        assert old in text
+        path.write_text(text.replace(old, new), encoding="utf-8")
+        return copy
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("version", "name", "old", "new", "failing"),
+    [
+        # A flag that is ignored: wherever light comes from, in one function, or in the arguments.
+        ("1.39.2", "lib/mrm_retroreflection.glsl", "retroreflective ? reflect(-V, N) : V", "V", {*NODES}),
+        ("1.39.2", "mrm_conductor_bsdf.glsl", "L, mrm_mirror_view(V, N, retroreflective)", "L, V", {NODES[1]}),
+        ("1.39.4", "lib/mrm_retroreflection.glsl", "retroreflective && reflects", "false", {*NODES}),
+        ("1.39.4", "mrm_dielectric_bsdf.glsl", "(mirrored, ", "(closureData, ", {NODES[0]}),
+    ],
+)
+def test_a_dialect_that_ignores_the_flag_is_seen(mrm_with, changed, version, name, old, new, failing):
+    copy = changed(f"dialects/{served(version).closures}/genglsl/{name}", old, new)
+    run = mrm_with(version, "conformance", "--target", "glsl", "--samples", "512", "--format", "json", package=copy)
+    assert run.returncode == 1, run.stdout + run.stderr
+    cases = json.loads(run.stdout)["cases"]
+    failed = {case["node"] for case in cases if case["status"] == "fail" and case["node"] in NODES}
+    assert failed == failing
+
+
+# Not by the command, which reads documents with MaterialX since 1.39.2.
+GENERATE = """
+import json, sys
+import MaterialX as mx
+from mrm_mtlx.library import load_library, materials_folder
+from mrm_mtlx.library.load import set_data_library
+from mrm_mtlx.shadergen import generate, renderable_elements
+library, sources = load_library(), {}
+for path in sorted(materials_folder().glob("*.mtlx")):
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, str(path))
+    set_data_library(document, library.document)
+    for element in renderable_elements(document):
+        sources[element.getName()] = generate(element, sys.argv[1], library).sources["pixel"]
+print(json.dumps(sources))
+"""
+
+
+@pytest.fixture
+def generated(with_materialx, repository: Path) -> Callable[[str, str], dict[str, str]]:
+    """Function from a version and a target to the sources of all ready materials, by name."""
+
+    def generate(version: str, target: str) -> dict[str, str]:
+        command = [with_materialx(version), "-c", GENERATE, target]
+        variables = {**os.environ, "PYTHONPATH": str(repository)}
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=variables)
+        sources: dict[str, str] = json.loads(done.stdout)
+        assert len(sources) == len(list(materials_folder().glob("*.mtlx")))
+        return sources
+
+    return generate
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_all_ready_materials_compile_in_osl(generated, cycles, version):
+    for name, source in generated(version, "osl").items():
+        osl.check(source, name)
+
+
+@pytest.mark.parametrize("version", sorted(set(VERSIONS) - set(WITHOUT_VULKAN)))
+def test_all_ready_materials_compile_for_vulkan(mrm_with, version):
+    run = mrm_with(version, "validate", materials_folder(), "--target", "vulkan", "--samples", "64")
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "0 errors" in run.stdout
+
+
+def wrong_calls(source: str) -> list[str]:
+    """Calls of functions for BSDFs, ours and the standard ones, with another number of arguments than they have."""
+    name = r"\b(m(?:x|rm)_\w+_bsdf\w*)"
+    defined = {found: len(arguments(given)) for found, given in re.findall(rf"^\s*void {name}\((.*)\)$", source, re.M)}
+    calls = re.findall(rf"^\s+{name}\((.*)\);$", source, re.MULTILINE)
+    assert any(found.startswith("mrm_") for found, _ in calls)
+    return [found for found, given in calls if len(arguments(given)) != defined.get(found)]
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_msl_calls_functions_of_ours_with_the_arguments_that_they_have(generated, version):
+    sources = generated(version, "msl")
+    assert {name: wrong_calls(source) for name, source in sources.items() if wrong_calls(source)} == {}
+    source = next(iter(sources.values()))
+    assert wrong_calls(re.sub(r"(mrm_\w+_bsdf\w*\()(\w+), (.*\);)", r"\1\3", source)) != []
