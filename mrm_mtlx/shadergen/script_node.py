@@ -122,10 +122,11 @@ def _assembled(each: Exposed) -> str:
 
 
 def _metadata(socket: Socket) -> str:
-    """What a host is to know of a socket, in the words of the OSL specification; Blender takes label and widget."""
+    """What a host is to know of a socket, in the words of the OSL specification, of which Blender takes the label.
+
+    A boolean is a number: Blender 5.0 dies of a Script node's check box that is linked to an input of its group.
+    """
     texts = {"label": socket.title, "page": socket.group, "help": socket.doc}
-    if socket.type == "boolean":
-        texts["widget"] = "checkBox"
     numbers = {"min": socket.minimum, "max": socket.maximum}
     number = "int" if socket.type == "integer" else "float"
     said = [f"string {name} = {_quoted(text)}" for name, text in texts.items() if text]
