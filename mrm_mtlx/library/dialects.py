@@ -80,7 +80,7 @@ _1_39_2 = replace(_1_39_0, msl_inherits=True, has_data_libraries=True, type_regi
 _1_39_3 = replace(_1_39_2, closures="1.39.3", type_registration="registerTypeDefs")
 
 DIALECTS = {
-    "1.0": _BEFORE_1_39,
+    "0.0": _BEFORE_1_39,
     "1.39.0": _1_39_0,
     "1.39.2": _1_39_2,
     "1.39.3": _1_39_3,
@@ -94,13 +94,17 @@ def materialx_version() -> str:
     Raises
     ------
     ArgumentError
-        If the variable has what is no version.
+        If the variable has what is no version, or the node library does not serve the version.
     """
     stated = os.environ.get(VARIABLE, "")
     if stated and _VERSION.fullmatch(stated) is None:
         msg = f"the environment variable {VARIABLE} is {shown(stated)}, which is no version, such as 1.39.6"
         raise ArgumentError(msg)
-    return stated or str(mx.getVersionString())
+    version = stated or str(mx.getVersionString())
+    if reason := dialect(version).unserved:
+        msg = f"MaterialX {version} is not served: {reason}"
+        raise ArgumentError(msg)
+    return version
 
 
 def versions() -> dict[str, str]:
@@ -118,8 +122,6 @@ def dialect(version: str) -> Dialect:
 
     Raises
     ------
-    LookupError
-        If it is older than every entry.
     ValueError
         If it is no version.
 
@@ -169,16 +171,11 @@ def is_upgraded(version: str) -> bool:
 
 def lacks_retroreflective(version: str) -> bool:
     """True if documents of this version have no retroreflective flag; False for what is no version."""
-    if not is_document_version(version):
-        return False
-    try:
-        return not dialect(version).has_retroreflective
-    except LookupError:
-        return True
+    return is_document_version(version) and not dialect(version).has_retroreflective
 
 
 def _numbers(version: str) -> tuple[int, ...]:
     if _VERSION.fullmatch(version) is None:
-        msg = f"'{version}' is no version of MaterialX, such as 1.39.3"
+        msg = f"{shown(version)} is no version of MaterialX, such as 1.39.3"
         raise ValueError(msg)
     return tuple(map(int, version.split(".")))

@@ -79,6 +79,15 @@ def test_a_variable_that_states_no_version_is_refused_in_one_line(monkeypatch, i
         assert "\x1b" not in run.stderr
 
 
+@pytest.mark.parametrize("stated", ["1.38.10", "0.1"])
+def test_data_libraries_that_are_not_served_are_refused_with_the_reason(monkeypatch, in_process, stated):
+    monkeypatch.setenv(dialects.VARIABLE, stated)
+    for command in (["doctor"], ["validate", materials_folder()]):
+        run = in_process(*command)
+        assert run.exit_code == 2
+        assert f"MaterialX {stated} is not served: it refuses documents of version 1.39" in run.stderr
+
+
 @pytest.mark.parametrize("version", ["", "1", "x", "1.39.x", "1.39.3.1", "-1.39"])
 def test_what_is_no_version_is_refused(version):
     with pytest.raises(ValueError, match="is no version of MaterialX"):
