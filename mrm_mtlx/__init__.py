@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.api.convert import convert as convert
     from mrm_mtlx.api.doctor import CoverageReport as CoverageReport
     from mrm_mtlx.api.doctor import DoctorReport as DoctorReport
+    from mrm_mtlx.api.doctor import HostReport as HostReport
+    from mrm_mtlx.api.doctor import check_host as check_host
     from mrm_mtlx.api.doctor import coverage as coverage
     from mrm_mtlx.api.doctor import doctor as doctor
     from mrm_mtlx.api.errors import DataError as DataError
@@ -78,7 +80,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "mrm_mtlx.api.conformance": ("conformance",),
     "mrm_mtlx.api.convert": ("Converted", "compare", "convert"),
-    "mrm_mtlx.api.doctor": ("CoverageReport", "DoctorReport", "coverage", "doctor"),
+    "mrm_mtlx.api.doctor": ("CoverageReport", "DoctorReport", "HostReport", "check_host", "coverage", "doctor"),
     "mrm_mtlx.api.errors": (
         "DataError", "DocumentError", "MrmError", "NoReferenceError", "NoValueError", "NothingToConvertError",
         "NothingToRenderError", "ShaderError", "UnavailableError",

@@ -30,6 +30,9 @@ PAGES = (
     "docs/comparison.md",
     "docs/fitting.md",
     "docs/gltf.md",
+    "docs/hosts.md",
+    "docs/hosts/maya.md",
+    "docs/hosts/openusd.md",
     "docs/model.md",
     "docs/openmaterial.md",
     "docs/openpbr.md",
@@ -48,6 +51,9 @@ PAGES = (
 ELSEWHERE = {
     "docs/fitting.md": "tests/cli/test_fit.py",
     "docs/gltf.md": "tests/cli/test_convert_gltf.py",
+    "docs/hosts.md": "tests/cli/test_library.py",
+    "docs/hosts/maya.md": "tests/cli/test_library.py",
+    "docs/hosts/openusd.md": "tests/cli/test_library.py",
     "docs/openmaterial.md": "tests/cli/test_convert.py",
     "docs/photometry.md": "tests/cli/test_photometry.py",
     "docs/usd.md": "tests/cli/test_convert_usd.py",
@@ -229,9 +235,9 @@ def test_the_snippet_of_prismatic_sheeting_runs() -> None:
 
 
 def test_the_snippet_of_the_node_library_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from mrm_mtlx.library import install_library
+    import mrm_mtlx as mrm
 
-    install_library(tmp_path / "hosts")
+    mrm.install_library(tmp_path / "hosts")
     monkeypatch.chdir(tmp_path)
     text = (REPOSITORY / "libraries/pbrlib/README.md").read_text(encoding="utf-8")
     (snippet,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

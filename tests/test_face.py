@@ -54,7 +54,7 @@ COMMANDS = {
     convert.convert: ((mrm.convert, mrm.compare), {"option", "timeout", "options"}),
     vectors.vectors: ((mrm.vectors,), {"form", "output"}),
     rules.rules: ((mrm.rules,), {"markdown"}),
-    doctor.doctor: ((mrm.doctor,), {"report_format", "coverage"}),
+    doctor.doctor: ((mrm.doctor, mrm.check_host), {"report_format", "coverage"}),
     library.install: ((mrm.install_library,), set()),
 }
 HOSTILE = '<img src=x onerror="alert(1)">\x1b[31m & "quoted"'

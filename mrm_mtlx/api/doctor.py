@@ -12,7 +12,9 @@ from mrm_mtlx.system.shown import COLUMNS, Shown, in_lines
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from mrm_mtlx.api.opening import PathLike
     from mrm_mtlx.engines.base import Availability
+    from mrm_mtlx.library.host_check import Check
     from mrm_mtlx.library.surface_models import Extension
     from mrm_mtlx.reference.coverage import Coverage
 
@@ -143,6 +145,82 @@ def coverage() -> CoverageReport:
     from mrm_mtlx.reference.coverage import coverage as covered
 
     return CoverageReport(versions(), tuple(covered(load_library().document)))
+
+
+@dataclass(frozen=True, repr=False)
+class HostReport(Shown):
+    """Whether a host finds the node library.
+
+    Attributes
+    ----------
+    host
+        Its name.
+    version
+        Of its MaterialX, as it is expected.
+    checks
+        What was looked at, in order.
+    """
+
+    host: str
+    version: str
+    checks: tuple[Check, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing was found to be wrong."""
+        return all(check.ok is not False for check in self.checks)
+
+    def report(self) -> str:
+        """A line each, and what to do under what is wrong."""
+        states = {True: "ok", False: "wrong", None: "-"}
+        lines = [f"{self.host}, MaterialX {self.version}"]
+        for check in self.checks:
+            lines.append(f"{check.name:<9}  {states[check.ok]:<5}  {check.found}")
+            if check.remedy:
+                lines.append(f"{'':18}to do: {check.remedy}")
+        return "\n".join(lines)
+
+    def to_json(self) -> str:
+        """The same as JSON."""
+        checks = [{"name": c.name, "ok": c.ok, "found": c.found, "remedy": c.remedy} for c in self.checks]
+        report = {"schema": "mrm.host/1", "host": self.host, "materialx": self.version, "ok": self.ok, "checks": checks}
+        return json.dumps(report, indent=2)
+
+
+def check_host(
+    host: str, *, path: PathLike | None = None, materialx: str | None = None, ask: PathLike | None = None
+) -> HostReport:
+    """Look whether a host finds the node library that was installed for it.
+
+    Parameters
+    ----------
+    host
+        Its name, as `install_library` takes it.
+    path
+        Folder that the library was installed into; default: the one that the host's variable names.
+    materialx
+        Version of the host's MaterialX, where it is not the one that is known of the host.
+    ask
+        The host's own Python interpreter, or Blender, which is started and asked; default: this interpreter if it
+        has the host as a module, else nothing is asked.
+
+    Raises
+    ------
+    ArgumentError
+        If the host or the version is not known, or nothing says where the library is.
+    """
+    from mrm_mtlx.api.library import known_host, served_version
+    from mrm_mtlx.library.host_check import checks
+    from mrm_mtlx.system.arguments import ArgumentError, path_of
+
+    chosen = known_host(host)
+    version = served_version(chosen, materialx)
+    if not chosen.variable and path is None:
+        msg = f"{chosen.name} has no variable that names the folder of the node library: name it"
+        raise ArgumentError(msg, "path")
+    folder = None if path is None else path_of("path", path).expanduser()
+    program = None if ask is None else str(path_of("ask", ask).expanduser())
+    return HostReport(chosen.name, version, tuple(checks(chosen, version, folder, program)))
 
 
 def survey() -> dict[str, tuple[str, Availability]]:

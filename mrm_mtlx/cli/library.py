@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +12,16 @@ from mrm_mtlx.cli import errors
 from mrm_mtlx.system.arguments import refuse
 
 
+class LibraryForm(StrEnum):
+    """Form of the node library."""
+
+    SOURCES = "sources"
+    PORTABLE = "portable"
+
+
 def register(app: typer.Typer) -> None:
     """Add the command and its sub-command."""
-    group = typer.Typer(help="Print where the node library is; `mrm library install DIR` copies it for other hosts.")
+    group = typer.Typer(help="Print where the node library is; `mrm library install DIR` writes it for other hosts.")
     group.callback(invoke_without_command=True)(errors.reporting(show))
     errors.register(group, install)
     app.add_typer(group, name="library")
@@ -38,11 +46,24 @@ def show(
 
 def install(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to install into; created if missing.")],
+    host: Annotated[
+        str, typer.Option("--host", metavar="NAME", help="For whom, such as blender-5.0; see docs/hosts.md.")
+    ] = "plain",
+    materialx: Annotated[
+        str | None, typer.Option("--for", metavar="VERSION", help="Version of the host's MaterialX, if another.")
+    ] = None,
+    stdlib: Annotated[
+        Path | None,
+        typer.Option("--stdlib", metavar="DIR", help="Folder of the host, or of its standard library of MaterialX."),
+    ] = None,
+    form: Annotated[
+        LibraryForm | None, typer.Option("--form", help="Form of the library; default: the one that the host takes.")
+    ] = None,
 ) -> None:
-    """Copy the node library to DIR/mrm, and the extended surface models to DIR/mrm_surface_models."""
+    """Write the node library and the surface models for a host to DIR/mrm, and say what to set."""
     import mrm_mtlx as mrm
 
-    installed = mrm.install_library(folder)
+    installed = mrm.install_library(folder, host=host, materialx=materialx, stdlib=stdlib, form=form)
     typer.echo(installed)
     for note in installed.notes():
         typer.echo(note, err=True)

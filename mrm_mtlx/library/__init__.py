@@ -1,7 +1,6 @@
 """The data libraries: where the node library lies, and how it is loaded before the standard one."""
 
 from mrm_mtlx.library.dialects import materialx_version
-from mrm_mtlx.library.install import install_library
 from mrm_mtlx.library.load import DataLibrary, Origin, load_library
 from mrm_mtlx.library.paths import class_materials_folder, materials_folder, node_library_folder
 
@@ -9,7 +8,6 @@ __all__ = [
     "DataLibrary",
     "Origin",
     "class_materials_folder",
-    "install_library",
     "load_library",
     "materials_folder",
     "materialx_version",

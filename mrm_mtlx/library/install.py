@@ -1,68 +1,96 @@
-"""The node library in folders of their own, for other MaterialX hosts."""
+"""The node library in a folder of its own, for other MaterialX hosts."""
 
 from __future__ import annotations
 
-import shutil
+import contextlib
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import MaterialX as mx
-
-from mrm_mtlx.library.dialects import materialx_version
-from mrm_mtlx.library.load import load_library
-from mrm_mtlx.library.paths import node_library_folder
-from mrm_mtlx.library.surface_models import SURFACE_MODELS, extensions_alone
+from mrm_mtlx.library.assembly import node_library_files
+from mrm_mtlx.library.host_models import FLAG_FILE, MODELS_FILE, flagged_definitions, surface_models_for
+from mrm_mtlx.library.hosts import Choice, Form
+from mrm_mtlx.library.standard_library import FIRST_DEFINED
 from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
-NODES_FOLDER, MODELS_FOLDER = "mrm", "mrm_surface_models"
+    from mrm_mtlx.library.standard_library import StandardLibrary
+    from mrm_mtlx.library.surface_models import Extension
 
-_COMMENT = """
-    Written by `mrm library install` from MaterialX {version} (Copyright Contributors to the MaterialX Project, Apache
-    License 2.0): its definitions and graphs of {models}.
-    Changed: each has one input more, and the reflecting microfacet nodes of its base are those of the folder
-    `{nodes}`, which has to be loaded too. Load this file after the standard library. With another version of MaterialX,
-    write it anew.
-  """
+# Not `pbrlib`: MaterialX stops at the first folder of a name on its search path, and a second `pbrlib` would hide the
+# standard one, or be hidden by it.
+FOLDER = "mrm"
 
 
-def install_library(destination: Path) -> list[Path]:
-    """Copy the node library to `destination/mrm`, and the extended surface models to `destination/mrm_surface_models`.
+@dataclass(frozen=True)
+class HostLibrary:
+    """The node library for a host.
 
-    The copy is named `mrm` and not `pbrlib`, because MaterialX stops at the first folder of a name on its search path:
-    a second `pbrlib` would hide the standard one or be hidden by it. The models have a folder of their own, because
-    MaterialX takes the first definition that fits: nodes have to come before the standard library, models after it, or
-    every document would get the models of the MaterialX that is installed here.
+    Attributes
+    ----------
+    files
+        Contents by path below the folder.
+    extensions
+        Which surface models have the new input, or why not.
+    """
 
-    Returns the files written, sorted: all, or none if one cannot be. Existing files of the same name are overwritten;
-    nothing else is touched.
+    files: dict[str, bytes]
+    extensions: tuple[Extension, ...]
+
+
+def library_for(standard: StandardLibrary, form: Form, choice: Choice) -> HostLibrary:
+    """The node library and the surface models for hosts of the MaterialX that a standard library is of.
+
+    Raises
+    ------
+    StandardLibraryError
+        If a file of the standard library cannot be read.
+    LookupError
+        If the node library does not serve its version.
+    """
+    files = nodes(standard.version, form)
+    models = surface_models_for(standard, choice)
+    if models.text:
+        files[MODELS_FILE] = models.text.encode()
+    if choice is Choice.NAME and (text := flagged_definitions(files, standard.version)):
+        files[FLAG_FILE] = text.encode()
+    return HostLibrary(files, models.extensions)
+
+
+def nodes(version: str, form: Form) -> dict[str, bytes]:
+    """The node library of a form alone; errors as for `node_library_files`."""
+    del form
+    return node_library_files(version)
+
+
+def write_library(destination: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Write a node library to `destination/mrm`; the files, sorted: all, or none if one cannot be written.
+
+    Files of the same name are overwritten. What else this project has written there for another host is removed, since
+    a host reads every file of the folder; other files stay.
 
     Raises
     ------
     OSError
         If the destination cannot be written.
     """
-    source = node_library_folder() / "pbrlib"
     destination.mkdir(parents=True, exist_ok=True)
-    written = {destination / NODES_FOLDER / p.relative_to(source): p for p in source.rglob("*") if p.is_file()}
-    text = surface_models_text()
-    models = destination / MODELS_FOLDER / f"{MODELS_FOLDER}.mtlx"
-    with FileSet(destination) as files:
-        for target, file in written.items():
-            shutil.copyfile(file, files.named(target))
-        if text:
-            files.named(models).write_text(text, encoding="utf-8")
-    return sorted([*written, models] if text else written)
+    folder = destination / FOLDER
+    written = {folder / name: content for name, content in files.items()}
+    with FileSet(destination) as unfinished:
+        for path, content in written.items():
+            unfinished.named(path).write_bytes(content)
+    for path in (folder / name for name in sorted(_every_name())):
+        if path not in written and path.is_file():
+            path.unlink()
+            with contextlib.suppress(OSError):  # something else is in it
+                path.parent.rmdir()
+    return sorted(written)
 
 
-def surface_models_text() -> str:
-    """The extended surface models of the installed MaterialX as a document; "" if there are none."""
-    document = load_library().document
-    models = [model.node for model in SURFACE_MODELS if document.getNodeDef(model.definition) is not None]
-    if not models:
-        return ""
-    comment = _COMMENT.format(version=materialx_version(), models=", ".join(models), nodes=NODES_FOLDER)
-    options = mx.XmlWriteOptions()
-    options.writeXIncludeEnable = False  # the copies still name the files that they come from
-    return str(mx.writeToXmlString(extensions_alone(document, comment), options))
+def _every_name() -> set[str]:
+    """The files that the library has in any of its forms."""
+    names = {name for version in FIRST_DEFINED for form in Form for name in nodes(version, form)}
+    return names | {MODELS_FILE, FLAG_FILE}

@@ -105,17 +105,6 @@ def extend(document: mx.Document, models: Iterable[SurfaceModel] = SURFACE_MODEL
     return tuple(Extension(plan.model, plan.reason) for plan in plans)
 
 
-def extensions_alone(document: mx.Document, comment: str) -> mx.Document:
-    """A document of the extended definitions and graphs of a library alone, under a comment."""
-    alone = mx.createDocument()
-    alone.addChildOfCategory("comment").setDocString(comment)
-    for model in SURFACE_MODELS:
-        for element in (document.getNodeDef(model.definition), document.getNodeGraph(model.graph)):
-            if element is not None:
-                alone.addChildOfCategory(element.getCategory(), element.getName()).copyContentFrom(element)
-    return alone
-
-
 @dataclass(frozen=True)
 class _Plan:
     """Definition and graph to copy, and the nodes that change in it; nothing where there is a reason against it."""
@@ -128,7 +117,7 @@ class _Plan:
 
 
 def _plan(document: mx.Document, model: SurfaceModel) -> _Plan:
-    definition = _default_definition(document, model.node)
+    definition = default_definition(document, model.node)
     if definition is None:
         return _Plan(model, f"this MaterialX has no '{model.node}'")
     if definition.getActiveInput(model.amount) is not None:
@@ -147,7 +136,7 @@ def _plan(document: mx.Document, model: SurfaceModel) -> _Plan:
     return _Plan(model, "", definition, graph, tuple(str(node.getName()) for node in base))
 
 
-def _default_definition(document: mx.Document, node: str) -> Any:
+def default_definition(document: mx.Document, node: str) -> Any:
     """The definition that a document gets which asks for no version, or None."""
     found = [d for d in document.getMatchingNodeDefs(node) if d.getType() == "surfaceshader"]
     return next((d for d in found if d.getDefaultVersion() or not d.getVersionString()), None)

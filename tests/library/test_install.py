@@ -9,7 +9,10 @@ from pathlib import Path
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import install_library, materials_folder, node_library_folder
+import mrm_mtlx as mrm
+from mrm_mtlx.library import materials_folder, node_library_folder
+from mrm_mtlx.library.assembly import node_library_files
+from mrm_mtlx.library.host_models import FLAG_FILE, MODELS_FILE
 
 GENERATE = Path(mx.__file__).parent / "_scripts" / "generateshader.py"
 
@@ -33,32 +36,58 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-MODELS = Path("mrm_surface_models", "mrm_surface_models.mtlx")
-
-
-def test_installing_copies_every_file_writes_the_surface_models_and_names_them(tmp_path):
-    written = install_library(tmp_path)
-    assert contents(tmp_path / "mrm") == contents(node_library_folder() / "pbrlib")
-    assert written == sorted(p for p in tmp_path.rglob("*") if p.is_file())
-    assert tmp_path / MODELS in written
-    assert [p.name for p in (tmp_path / MODELS).parent.iterdir()] == [MODELS.name]
+def test_what_is_written_is_the_node_library_and_the_surface_models(tmp_path):
+    installed = mrm.install_library(tmp_path)
+    found = contents(tmp_path / "mrm")
+    assert found.keys() == {*node_library_files(mx.getVersionString()), MODELS_FILE}
+    assert {name: found[name] for name in node_library_files(mx.getVersionString())} == node_library_files(
+        mx.getVersionString()
+    )
+    assert installed.files == tuple(sorted(p for p in tmp_path.rglob("*") if p.is_file()))
 
 
 def test_installing_again_overwrites_its_own_files_and_nothing_else(tmp_path):
-    install_library(tmp_path)
+    mrm.install_library(tmp_path)
+    before = contents(tmp_path / "mrm")
     (tmp_path / "mrm" / "mrm_defs.mtlx").write_text("old")
     (tmp_path / "mrm" / "note.txt").write_text("of the user")
     (tmp_path / "other.mtlx").write_text("of the user")
-    install_library(tmp_path)
-    expected = contents(node_library_folder() / "pbrlib") | {"note.txt": b"of the user"}
-    assert contents(tmp_path / "mrm") == expected
+    mrm.install_library(tmp_path)
+    assert contents(tmp_path / "mrm") == before | {"note.txt": b"of the user"}
     assert (tmp_path / "other.mtlx").read_text() == "of the user"
+
+
+def test_what_another_host_had_there_and_this_one_has_not_is_removed(tmp_path):
+    files = tmp_path / "mrm"
+    (files / "genmsl").mkdir(parents=True)
+    for left in (files / FLAG_FILE, files / "genmsl" / "mrm_genmsl_impl.mtlx", files / "genmsl" / "of_the_user.mtlx"):
+        left.write_text("of MaterialX 1.39.0")
+    mrm.install_library(tmp_path)
+    assert not (files / FLAG_FILE).exists()
+    assert [p.name for p in (files / "genmsl").iterdir()] == ["of_the_user.mtlx"]
+    (files / "genmsl" / "of_the_user.mtlx").rename(files / "genmsl" / "mrm_genmsl_impl.mtlx")
+    mrm.install_library(tmp_path)
+    assert not (files / "genmsl").exists()
 
 
 def test_a_destination_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "taken").write_text("")
-    with pytest.raises(OSError, match="taken"):
-        install_library(tmp_path / "taken")
+    with pytest.raises(mrm.ArgumentError, match="taken cannot be written"):
+        mrm.install_library(tmp_path / "taken")
+    assert (tmp_path / "taken").read_text() == ""
+
+
+def test_nothing_is_half_written(tmp_path):
+    mrm.install_library(tmp_path)
+    before = contents(tmp_path)
+    (tmp_path / "mrm" / "mrm_ng.mtlx").unlink()
+    (tmp_path / "mrm" / "mrm_ng.mtlx").mkdir()  # in the way of a file
+    (tmp_path / "mrm" / "mrm_defs.mtlx").write_text("old")
+    with pytest.raises(mrm.ArgumentError, match="cannot be written"):
+        mrm.install_library(tmp_path)
+    left = before | {"mrm/mrm_defs.mtlx": b"old"}
+    del left["mrm/mrm_ng.mtlx"]
+    assert contents(tmp_path) == left
 
 
 def test_the_data_folders_exist():
@@ -93,7 +122,7 @@ def test_materialx_finds_the_library_in_place(generated, target):
 
 @pytest.mark.parametrize("target", ["glsl", "essl", "msl"])
 def test_materialx_finds_the_installed_library(generated, tmp_path, target):
-    install_library(tmp_path)
+    mrm.install_library(tmp_path)
     source = generated("--target", target, "--path", str(tmp_path), "--library", "mrm")
     assert "void mrm_conductor_bsdf(" in source
     assert source.count("mrm_conductor_bsdf(") > 1

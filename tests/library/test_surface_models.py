@@ -5,9 +5,8 @@ from __future__ import annotations
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.library import Origin, install_library, load_library, node_library_folder, surface_models
+from mrm_mtlx.library import Origin, load_library, node_library_folder, surface_models
 from mrm_mtlx.library.surface_models import PARTIAL_NODES, SURFACE_MODELS, SurfaceModel, amount_input, extend
-from mrm_mtlx.shadergen import generate, renderable_elements
 
 # What the base's specular lobes are called in MaterialX 1.39.5, read in its graphs: what the search has to find.
 BASE = {
@@ -194,70 +193,6 @@ def test_a_library_that_has_the_input_itself_is_left_as_it_is():
     document, reason = extended(text)
     assert reason == ""
     assert document.getNodeDef(MODEL.definition) is None
-
-
-# Other hosts.
-
-
-@pytest.fixture(scope="module")
-def hosts(tmp_path_factory):
-    """Folder of an installed node library."""
-    folder = tmp_path_factory.mktemp("hosts")
-    install_library(folder)
-    return folder
-
-
-def bare_library(hosts, order: str) -> mx.Document:
-    """What a host without Python loads: n the nodes, s the standard library, m the surface models, in this order."""
-    document = mx.createDocument()
-    for step in order:
-        if step == "s":
-            mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), document)
-        else:
-            mx.loadLibraries(["mrm" if step == "n" else "mrm_surface_models"], mx.FileSearchPath(str(hosts)), document)
-    return document
-
-
-@pytest.mark.parametrize(("order", "stock"), [("nsm", True), ("nms", False), ("mns", False)])
-def test_the_installed_models_work_in_any_order_and_are_chosen_where_they_are_needed_if_they_come_last(
-    hosts, library, order, stock
-):
-    data = bare_library(hosts, order)
-    valid, message = data.validate()
-    assert valid, message
-    for model in SURFACE_MODELS:
-        assert written(data.getNodeGraph(model.graph)) == written(library.document.getNodeGraph(model.graph))
-        document = mx.createDocument()
-        document.setDataLibrary(data)
-        node = document.addNode(model.node, "s", "surfaceshader")
-        assert (node.getNodeDef().getName() == model.definition) is not stock
-        node.setInputValue(model.amount, 0.5)
-        assert node.getNodeDef().getName() == model.definition
-
-
-@MODELS
-def test_a_host_without_python_generates_the_same_shader(hosts, library, make_document, model):
-    given = f'<input name="{model.amount}" type="float" value="0.5"/>'
-    text = (
-        f'<{model.node} name="s" type="surfaceshader">{given}</{model.node}>'
-        '<surfacematerial name="m" type="material">'
-        '<input name="surfaceshader" type="surfaceshader" nodename="s"/></surfacematerial>'
-    )
-    path = mx.getDefaultDataSearchPath()
-    path.append(mx.FileSearchPath(str(hosts)))
-    bare = type(library)(library.origin, bare_library(hosts, "nsm"), path)
-    documents = [(make_document(text, data), data) for data in (library, bare)]  # kept: elements do not keep them
-    ours, theirs = (generate(renderable_elements(d)[0], "glsl", data).sources["pixel"] for d, data in documents)
-    assert ours == theirs
-    assert "mrm_dielectric_bsdf(" in ours or "mrm_generalized_schlick_bsdf(" in ours
-
-
-def test_the_installed_file_says_where_it_comes_from_and_names_no_path(hosts):
-    text = (hosts / "mrm_surface_models" / "mrm_surface_models.mtlx").read_text(encoding="utf-8")
-    assert f"from MaterialX {mx.getVersionString()} " in text
-    assert "Apache" in text
-    assert "/libraries" not in text
-    assert "xi:include" not in text
 
 
 def test_no_model_of_materialx_is_in_the_node_library():
