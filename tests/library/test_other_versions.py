@@ -10,11 +10,13 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import MaterialX as mx
 import pytest
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.library import materials_folder
-from mrm_mtlx.library.assembly import served
+from mrm_mtlx.library.assembly import node_library_files, served
+from tests.library.test_definitions import differences
 from tests.library.test_wrappers import NODES, arguments, mismatches, standard_source, wrapper
 from tools.environments import MAIN, MAIN_VERSION
 
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.versions
 
+FLAG = "retroreflective"
 VERSIONS = ("1.39.0", "1.39.1", "1.39.2", "1.39.3", "1.39.4", MAIN)
 # GLSL for Vulkan names a block before it declares it; MaterialX's own materials do not compile either.
 WITHOUT_VULKAN = ("1.39.0", "1.39.1", "1.39.2", "1.39.3")
@@ -46,6 +49,21 @@ def test_the_wrappers_have_the_functions_of_the_version(with_materialx, version)
         assert mismatches(node, ours, standard_source(node, folder), has_flag) == []
         damaged = ours.replace("vec3 N, vec3 X", "vec3 X, vec3 N")
         assert mismatches(node, damaged, standard_source(node, folder), has_flag) != []
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_definitions_are_those_of_the_version_and_the_flag(with_materialx, version):
+    standard, ours = mx.createDocument(), mx.createDocument()
+    mx.loadLibraries(["libraries"], mx.FileSearchPath(str(libraries(with_materialx(version)).parent)), standard)
+    mx.readFromXmlString(ours, node_library_files(number(version))["mrm_defs.mtlx"].decode())
+    has_flag = served(number(version)).has_retroreflective
+    for definition in ours.getNodeDefs():
+        other = standard.getNodeDef(definition.getName())
+        assert (other.getInput(FLAG) is not None) == has_flag
+        if not has_flag:
+            other.addInput(FLAG).copyContentFrom(definition.getInput(FLAG))
+            other.setChildIndex(FLAG, definition.getChildIndex(FLAG))
+    assert differences(ours, standard) == []
 
 
 @pytest.mark.parametrize("version", VERSIONS)
