@@ -8,7 +8,7 @@ from mrm_mtlx.shadergen.generate import (
     Shader,
     renderable_elements,
 )
-from mrm_mtlx.shadergen.script_node import ScriptNode, script_node, with_texture_coordinates
+from mrm_mtlx.shadergen.script_node import ScriptNode, script_node, with_mesh_inputs
 from mrm_mtlx.shadergen.self_contained import header_folder, self_contained
 from mrm_mtlx.shadergen.sockets import Socket
 from mrm_mtlx.shadergen.source import generate
@@ -42,5 +42,5 @@ __all__ = [
     "script_node",
     "self_contained",
     "suffixes_of",
-    "with_texture_coordinates",
+    "with_mesh_inputs",
 ]

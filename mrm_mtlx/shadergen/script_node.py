@@ -17,15 +17,17 @@ from mrm_mtlx.shadergen.sockets import Exposed, Socket, exposed
 if TYPE_CHECKING:
     from mrm_mtlx.shadergen.generate import Shader
 
-# Vector inputs that stand for what the renderer does not give, and what they are called.
+# Vector inputs for what the renderer does not give, and what they are called.
 UV, TANGENT = "mrm_uv", "mrm_tangent"
+_LABELS = {UV: "UV", TANGENT: "Tangent"}
 
-# The frame of the surface at the head of the body, and the names of it for what MaterialX writes.
+# What MaterialX writes for texture coordinates and for the axes of the surface, and what stands for it.
+_COORDINATES = {"vector2(u,v)": f"vector2({UV}[0],{UV}[1])", "vector(u,v,0)": f"vector({UV}[0],{UV}[1],0)"}
+_AXES = {"normalize(dPdu)": "mrm_along", "normalize(dPdv)": "mrm_across"}
 _FRAME = f"""\
     vector mrm_along = normalize(dot({TANGENT}, {TANGENT}) > 0.0 ? {TANGENT} : vector(dPdu));
     vector mrm_across = normalize(cross(N, mrm_along));
 """
-_AXES = {"normalize(dPdu)": "mrm_along", "normalize(dPdv)": "mrm_across"}
 
 
 @dataclass(frozen=True)
@@ -67,38 +69,41 @@ def script_node(element: Any, shader: Shader) -> ScriptNode:
         given.
     """
     found = exposed(element, shader)
-    head, parameters, body = split(with_texture_coordinates(self_contained(shader).sources["pixel"]))
+    head, parameters, body = split(with_mesh_inputs(self_contained(shader).sources["pixel"]))
     if UV in head:
         msg = "a definition of the document looks up texture coordinates itself; give them to it as an input"
         raise GenerationError(msg)
     own = {each.parameter.name for each in found}
-    constants = [p.local for p in parameters if not p.output and p.name not in own and p.name != UV]
-    inputs = [parameter for each in found for parameter in _inputs(each)]
-    uv = UV if any(parameter.name == UV for parameter in parameters) else ""
-    tangent = TANGENT if any(axis in body for axis in _AXES) else ""
-    inputs += [_unset(name, label) for name, label in ((uv, "UV"), (tangent, "Tangent")) if name]
-    for axis, name in _AXES.items():
-        body = body.replace(axis, name)
+    mesh = [replace(p, metadata=_of_the_mesh(p.name)) for p in parameters if p.name in _LABELS]
     output = [replace(p, metadata='string label = "Surface"') for p in parameters if p.output]
-    locals_ = "".join([*constants, *(_assembled(each) for each in found), _FRAME if tangent else ""])
-    source = joined(head, inputs + output, locals_ + body)
+    constants = [p.local for p in parameters if not p.output and p.name not in own and p.name not in _LABELS]
+    inputs = [parameter for each in found for parameter in _inputs(each)]
+    variables = "".join([*constants, *(_assembled(each) for each in found)])
+    source = joined(head, inputs + mesh + output, variables + body)
     sockets = tuple(socket for each in found for socket in each.sockets)
+    uv, tangent = (name if any(p.name == name for p in mesh) else "" for name in (UV, TANGENT))
     return ScriptNode(replace(shader, sources={"pixel": source}), sockets, uv, tangent)
 
 
-def with_texture_coordinates(source: str) -> str:
-    """Generated OSL whose texture coordinates are the input `UV`, and whose images are upside down.
+def with_mesh_inputs(source: str) -> str:
+    """Generated OSL with inputs for what Cycles has of a mesh elsewhere: `UV` and `TANGENT`, where it needs them.
 
-    MaterialX has v grow upward, the texture lookup of Cycles downward.
+    Images are turned upside down: MaterialX has v grow upward, the texture lookup of Cycles downward.
     """
     source = source.replace("    return texcoord;", "    return vector2(texcoord.x, 1.0 - texcoord.y);")
-    looked_up = {"vector2(u,v)": f"vector2({UV}[0],{UV}[1])", "vector(u,v,0)": f"vector({UV}[0],{UV}[1],0)"}
-    if not any(old in source for old in looked_up):
+    if not any(old in source for old in (*_COORDINATES, *_AXES)):
         return source
-    for old, new in looked_up.items():
+    wanted = [UV] if any(old in source for old in _COORDINATES) else []
+    for old, new in _COORDINATES.items():
         source = source.replace(old, new)
     head, parameters, body = split(source)
-    return joined(head, [*parameters[:-1], _unset(UV, "UV"), parameters[-1]], body)
+    if any(old in body for old in _AXES):
+        wanted.append(TANGENT)
+        for old, new in _AXES.items():
+            body = body.replace(old, new)
+        body = _FRAME + body
+    inputs = [Parameter(name, "vector", "vector(0.0)") for name in wanted]
+    return joined(head, [*parameters[:-1], *inputs, parameters[-1]], body)
 
 
 def _inputs(each: Exposed) -> list[Parameter]:
@@ -134,9 +139,9 @@ def _metadata(socket: Socket) -> str:
     return ", ".join(said)
 
 
-def _unset(name: str, label: str) -> Parameter:
-    """A vector that a link gives, and that has no value to be shown."""
-    return Parameter(name, "vector", "vector(0.0)", metadata=f'string label = "{label}", string widget = "null"')
+def _of_the_mesh(name: str) -> str:
+    """Metadata of a vector that a link gives, and that has no value to be shown."""
+    return f'string label = "{_LABELS[name]}", string widget = "null"'
 
 
 def _quoted(text: str) -> str:

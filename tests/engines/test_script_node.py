@@ -21,7 +21,7 @@ from mrm_mtlx.shadergen import (
     generate,
     header_folder,
     script_node,
-    with_texture_coordinates,
+    with_mesh_inputs,
 )
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def seen(blender, made) -> Seen:
     for name in MATERIALS:
         for mode in (OslMode.ALIGNED, OslMode.CYCLES):
             ordinary, node = made(name, mode)
-            sources[f"{name}.{mode}.external"] = with_texture_coordinates(ordinary.sources["pixel"])
+            sources[f"{name}.{mode}.external"] = with_mesh_inputs(ordinary.sources["pixel"])
             sources[f"{name}.{mode}"] = node.shader.sources["pixel"]
     sources["wider"] = sources["segmented_trim.aligned"].replace("roughness = 0.100000", "roughness = 0.100010")
     assert sources["wider"] != sources["segmented_trim.aligned"]

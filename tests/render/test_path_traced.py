@@ -9,7 +9,7 @@ import pytest
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.engines import gl as gl_engine
-from mrm_mtlx.engines.osl import CYCLES
+from mrm_mtlx.engines.osl import CYCLES, tracer
 from mrm_mtlx.render import path_traced, picture
 from mrm_mtlx.shadergen import OslMode
 
@@ -29,6 +29,17 @@ PAPER = (
 PRINTED = (
     '<image name="print" type="color3"><input name="file" type="filename" value="print.exr"/></image>'
     '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" nodename="print"/>'
+    "</oren_nayar_diffuse_bsdf>"
+)
+# The axes of the surface as colours.
+AXES = (
+    '<{axis} name="axis" type="vector3"/><convert name="said" type="color3">'
+    '<input name="in" type="vector3" nodename="axis"/></convert>'
+    '<multiply name="half" type="color3"><input name="in1" type="color3" nodename="said"/>'
+    '<input name="in2" type="float" value="0.4"/></multiply>'
+    '<add name="shown" type="color3"><input name="in1" type="color3" nodename="half"/>'
+    '<input name="in2" type="float" value="0.5"/></add>'
+    '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" nodename="shown"/>'
     "</oren_nayar_diffuse_bsdf>"
 )
 METAL = (
@@ -99,6 +110,17 @@ def test_an_image_lies_the_same_way(both, write_image: Callable[[Path, Array], P
     for wrong in (drawn[::-1], drawn[:, ::-1]):
         with pytest.raises(AssertionError):
             assert_alike(wrong, traced, share=0.05, inside=0.8)
+
+
+@pytest.mark.parametrize(("axis", "shape"), [("tangent", "sphere"), ("bitangent", "sphere"), ("tangent", "cone")])
+def test_the_axes_of_the_surface_are_the_same(both, axis, shape):
+    assert_alike(*both(AXES.format(axis=axis), shape=shape, light_degrees=10.0))
+
+
+def test_an_edge_of_the_triangle_is_no_tangent(both, monkeypatch):
+    monkeypatch.setattr(tracer, "with_mesh_inputs", lambda source: source)
+    with pytest.raises(AssertionError):
+        assert_alike(*both(AXES.format(axis="tangent"), light_degrees=10.0))
 
 
 def test_surroundings_lie_the_same_way(both):

@@ -18,7 +18,7 @@ from mrm_mtlx.shadergen import (
     generate,
     renderable_elements,
     script_node,
-    with_texture_coordinates,
+    with_mesh_inputs,
 )
 from mrm_mtlx.shadergen.osl_parameters import joined, split
 
@@ -193,7 +193,7 @@ def same_light(light: Callable[[str], Array], document: mx.Document, library, mo
     """The constants are the same numbers, and the closures the same: so is every bit of the light."""
     (element,) = renderable_elements(document)
     ordinary = generate(element, "osl", library, mode)
-    expected = light(with_texture_coordinates(ordinary.sources["pixel"]))
+    expected = light(with_mesh_inputs(ordinary.sources["pixel"]))
     assert np.max(expected) > 0.1
     np.testing.assert_array_equal(light(script_node(element, ordinary).shader.sources["pixel"]), expected)
 

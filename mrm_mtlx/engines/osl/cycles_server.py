@@ -36,8 +36,8 @@ def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads
     the bottom, between which it is rendered.
 
     `arrays`: "vertices" (n, 3), "faces" (m, corners); optionally "normals" (m, corners, 3) for a smooth surface, "uv"
-    (m, corners, 2) for the shader's input mrm_uv, and "environment" (height, width, 3). Those named "input:NAME", (m,)
-    or (m, 3), are inputs of the shader that are constant on each face.
+    (m, corners, 2) for the shader's inputs mrm_uv and mrm_tangent, and "environment" (height, width, 3). Those named
+    "input:NAME", (m,) or (m, 3), are inputs of the shader that are constant on each face.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -108,12 +108,22 @@ def make_material(shader, arrays):
         attribute = tree.nodes.new("ShaderNodeAttribute")
         attribute.attribute_name = name
         tree.links.new(socket, attribute.outputs["Vector" if array.ndim == 2 else "Fac"])
-    if "uv" in arrays and "mrm_uv" in script.inputs:
-        tree.links.new(script.inputs["mrm_uv"], tree.nodes.new("ShaderNodeUVMap").outputs["UV"])
+    if "uv" in arrays:
+        link_mesh(tree, script)
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     closures = [socket for socket in script.outputs if socket.type == "SHADER"]
     tree.links.new(output.inputs["Surface"], closures[0])
     return material
+
+
+def link_mesh(tree, script):
+    """Give a shader the texture coordinates of its mesh, and the tangent along u, if it asks for them."""
+    if "mrm_uv" in script.inputs:
+        tree.links.new(script.inputs["mrm_uv"], tree.nodes.new("ShaderNodeUVMap").outputs["UV"])
+    if "mrm_tangent" in script.inputs:
+        tangent = tree.nodes.new("ShaderNodeTangent")
+        tangent.direction_type = "UV_MAP"
+        tree.links.new(script.inputs["mrm_tangent"], tangent.outputs["Tangent"])
 
 
 def add_mesh(scene, arrays, material, alone):

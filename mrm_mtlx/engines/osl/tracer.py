@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.engines.base import Take
 from mrm_mtlx.engines.osl import scenes
 from mrm_mtlx.engines.osl.compiler import compile_for_cycles
-from mrm_mtlx.shadergen import with_texture_coordinates
+from mrm_mtlx.shadergen import with_mesh_inputs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ class CyclesTracer:
 
     def compile(self, shader: Shader) -> Path:
         """As `PathTracer.compile`."""
-        return compile_for_cycles(with_texture_coordinates(shader.sources["pixel"]), shader.name)
+        return compile_for_cycles(with_mesh_inputs(shader.sources["pixel"]), shader.name)
 
     def render(
         self, shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: int = 0
