@@ -1,0 +1,90 @@
+"""What Blender's own MaterialX and Storm make of the materials."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from mrm_mtlx.library import materials_folder
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+MATERIALS = sorted(path.stem for path in materials_folder().glob("*.mtlx"))
+# What Storm shows for what it has no shader of, magenta, has this share of the red in its green.
+MAGENTA = 0.1
+
+
+@pytest.fixture
+def networks(files, tmp_path) -> Path:
+    """A folder with the networks."""
+    folder = tmp_path / "networks"
+    folder.mkdir()
+    for name in MATERIALS:
+        (folder / f"{name}.usda").write_bytes(files[f"data/networks/{name}.usda"])
+    return folder
+
+
+def test_blender_takes_the_zip_and_knows_every_node(session, blender, zipped, networks):
+    validated, _, nodes = session(
+        blender,
+        [
+            ("validate", {"archive": str(zipped)}),
+            ("install", {"archive": str(zipped)}),
+            ("undefined", {"folder": str(networks)}),
+        ],
+    ).answers
+    assert validated == 0
+    assert nodes == [len(MATERIALS), []]
+
+
+def test_a_node_that_blender_does_not_know_is_seen(session, blender, zipped, networks):
+    path = networks / "cats_eye.usda"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("ND_artistic_ior", "ND_artists_ior").replace("inputs:mix", "inputs:mixed"))
+    _, nodes = session(
+        blender, [("install", {"archive": str(zipped)}), ("undefined", {"folder": str(networks)})]
+    ).answers
+    assert nodes[1] == ["cats_eye.usda: ND_artists_ior", "cats_eye.usda: ND_mix_bsdf mixed"]
+
+
+@pytest.mark.large
+def test_every_material_is_drawn_by_both_engines(session, blender, zipped, tmp_path):
+    drawn = gallery(session, blender, zipped, tmp_path)
+    assert_drawn(drawn)
+
+
+@pytest.mark.large
+def test_every_material_is_drawn_by_other_blenders(session, other_blenders, zipped, networks, tmp_path):
+    for number, interpreter in enumerate(other_blenders):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        assert_drawn(gallery(session, interpreter, zipped, folder))
+        install = ("install", {"archive": str(zipped)})
+        _, nodes = session(interpreter, [install, ("undefined", {"folder": str(networks)})]).answers
+        assert nodes == [len(MATERIALS), []]
+
+
+def gallery(session, interpreter: str, zipped: Path, folder: Path) -> dict[tuple[str, str], dict[str, Any]]:
+    """Each material in each engine, on the right sphere."""
+    wanted = [(name, engine) for name in MATERIALS for engine in ("CYCLES", "HYDRA_STORM")]
+    steps: list[tuple[str, dict[str, Any]]] = [("install", {"archive": str(zipped)})]
+    for name, engine in wanted:
+        picture = str(folder / f"{name}.{engine}.exr")
+        steps += [
+            ("scene", {}),
+            ("click", {"operator": "add_material", "sphere": 1, "material": name}),
+            ("headlight", {"irradiance": 0.05}),
+            ("render", {"engine": engine, "picture": picture, "width": 64}),
+        ]
+    return dict(zip(wanted, session(interpreter, steps).answers[4::4], strict=True))
+
+
+def assert_drawn(drawn: dict[tuple[str, str], dict[str, Any]]) -> None:
+    """Neither black, nor not finite, nor magenta, and of the same hue in both engines."""
+    for (name, engine), picture in drawn.items():
+        red, green, blue = picture["means"][1]
+        assert picture["finite"], (name, engine)
+        assert max(red, green, blue) > 1e-3, (name, engine)
+        assert not (green < MAGENTA * red and green < MAGENTA * blue), (name, engine)
