@@ -98,6 +98,7 @@ COMMANDS = {
     "mrm validate materials/ --target osl": "mrm validate materials/ --target osl --samples 64",
     "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --osl-mode cycles": None,
     "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --self-contained": None,
+    "mrm generate materials/segmented_trim.mtlx --target osl --script-node -o blender": None,
     "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png": (
         "mrm render materials/traffic_cone_collar.mtlx --shape cone --engine cycles --compare -o collar.png --size 32 "
         "--paths 4"
