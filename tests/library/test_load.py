@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import MaterialX as mx
 import pytest
 
 from mrm_mtlx.library import Origin, load_library, node_library_folder
+from mrm_mtlx.library.dialects import VARIABLE
+from mrm_mtlx.library.load import add_node_library, definitions_for, set_data_library
 from mrm_mtlx.shadergen import TARGETS
 
 NODES = ("dielectric_bsdf", "conductor_bsdf", "generalized_schlick_bsdf")
@@ -38,6 +42,28 @@ def test_our_implementation_wins_for_every_generator_of_the_glsl_family(library,
 def test_targets_without_an_implementation_of_ours_keep_the_stock_one(library, upstream_library, node, name):
     target = TARGETS[name].create().getTarget()
     assert winner(library.document, node, target) == winner(upstream_library.document, node, target)
+
+
+@pytest.mark.parametrize(
+    ("version", "folder"),
+    [("1.39.0", "dialects/1.39.0/genglsl"), ("1.39.4", "dialects/1.39.3/genglsl"), ("1.39.5", "genglsl")],
+)
+def test_the_sources_of_a_dialect_are_used_where_they_lie(monkeypatch, version, folder):
+    monkeypatch.setenv(VARIABLE, version)
+    document = mx.createDocument()
+    add_node_library(document)
+    pbrlib = node_library_folder() / "pbrlib"
+    hardware = [i for i in document.getImplementations() if i.getTarget() != "genosl"]
+    assert {i.getTarget() for i in hardware} == ({"genglsl", "genmsl"} if version == "1.39.0" else {"genglsl"})
+    assert {Path(i.getFile()).parent for i in hardware} == {pbrlib / folder}
+    assert all(Path(i.getFile()).is_file() for i in document.getImplementations())
+
+
+def test_a_document_gets_the_definitions_of_a_library(library):
+    document = mx.createDocument()
+    assert definitions_for(document) is document
+    set_data_library(document, library.document)
+    assert definitions_for(document).getNodeDef("ND_mrm_conductor_bsdf") is not None
 
 
 @pytest.mark.parametrize("node", NODES)
