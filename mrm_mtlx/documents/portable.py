@@ -6,6 +6,7 @@ docs/portable.md.
 
 from __future__ import annotations
 
+from itertools import chain, count
 from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx
@@ -14,8 +15,9 @@ from mrm_mtlx.documents.elements import location, nodes_of
 from mrm_mtlx.documents.flattening import flatten
 from mrm_mtlx.findings import rules
 from mrm_mtlx.library import Origin, load_library
+from mrm_mtlx.library.load import definitions_for, set_data_library
 from mrm_mtlx.library.portable.expressions import Expressions
-from mrm_mtlx.library.portable.lobes import is_on, replace_lobe
+from mrm_mtlx.library.portable.lobes import is_on, is_weighed, replace_lobe, weigh_mixture
 from mrm_mtlx.library.surface_models import MICROFACET_NODES, PARTIAL_NODES, SURFACE_MODELS, amount_input
 
 if TYPE_CHECKING:
@@ -51,15 +53,48 @@ def portable(document: mx.Document) -> tuple[mx.Document, list[Finding]]:
         If nodes cannot be replaced by those of their graphs, as `documents.flattening.flatten`.
     """
     copy = document.copy()
-    copy.setDataLibrary(document.getDataLibrary())
+    set_data_library(copy, definitions_for(document))
     lost = [found for node in nodes_of(copy) for found in _lost(node)]
     for graph in [copy, *(child for child in copy.getChildren() if child.isA(mx.NodeGraph))]:
-        flatten(graph, _is_own)
-        nodes = Expressions(graph, _PREFIX)
-        for node in [node for node in graph.getNodes() if node.getCategory() in MICROFACET_NODES]:
-            replace_lobe(node, nodes)
-    copy.setDataLibrary(load_library(Origin.UPSTREAM).document)
+        _open_own(graph)
+        _replace_lobes(graph)
+    set_data_library(copy, load_library(Origin.UPSTREAM).document)
     return copy, lost
+
+
+def _open_own(graph: Any) -> None:
+    """Replace what is not in the standard library by the nodes that it is made of, under names of their own."""
+    before = {str(node.getName()) for node in graph.getNodes()}
+    flatten(graph, _is_own)
+    made = [node for node in graph.getNodes() if node.getName() not in before]
+    prefix = _free_prefix(graph)
+    names = {str(node.getName()): graph.createValidChildName(f"{prefix}_{node.getName()}") for node in made}
+    for node in made:
+        node.setName(names[str(node.getName())])
+    # Graphs of other names take nothing of what is inside of this one but by its outputs.
+    for child in (*graph.getNodes(), *graph.getOutputs()):
+        for port in child.getInputs() if child.isA(mx.Node) else [child]:
+            if port.getNodeName() in names:
+                port.setNodeName(names[port.getNodeName()])
+
+
+def _replace_lobes(graph: Any) -> None:
+    """Replace the retroreflective lobes of a graph, and what is mixed of them."""
+    nodes = Expressions(graph, _free_prefix(graph))
+    lobes = [node for node in graph.getNodes() if node.getCategory() in MICROFACET_NODES]
+    todo = [node for node in lobes if replace_lobe(node, nodes)]
+    while todo:
+        mixtures = [port.getParent() for node in todo for port in node.getDownstreamPorts() if port.isA(mx.Input)]
+        todo = list({node.getName(): node for node in mixtures if is_weighed(node)}.values())
+        for node in todo:
+            weigh_mixture(node, nodes)
+
+
+def _free_prefix(graph: Any) -> str:
+    """A prefix of which no name in the document begins: a shader has the nodes of all graphs under their own names."""
+    names = [str(element.getName()) for element in graph.getDocument().traverseTree()]
+    prefixes = chain([_PREFIX], (f"{_PREFIX}{number}" for number in count(2)))
+    return next(prefix for prefix in prefixes if not any(name.startswith(f"{prefix}_") for name in names))
 
 
 def _is_own(node: Any) -> bool:

@@ -148,7 +148,15 @@ class Value:
 
 
 class Expressions:
-    """Nodes of formulas in a graph or document; their names begin with a prefix."""
+    """Nodes of formulas in a graph or document.
+
+    Parameters
+    ----------
+    graph
+        Where the nodes are.
+    prefix
+        What their names begin with. Nodes of one shader need names of their own, whatever graph they are in.
+    """
 
     def __init__(self, graph: Any, prefix: str) -> None:
         self._graph = graph
@@ -160,10 +168,6 @@ class Expressions:
         """A constant; one number for all components, or a number for each."""
         numbers = number if isinstance(number, tuple) else (number,) * _COMPONENTS[kind]
         return self._value(kind, {"value": ", ".join(f"{x:.9g}" for x in numbers)}, numbers)
-
-    def yes(self) -> Value:
-        """The boolean true."""
-        return self._value("boolean", {"value": "true"})
 
     def given(self, given: Any) -> Value:
         """The value that an input of the document has, whatever gives it."""
@@ -240,6 +244,11 @@ class Expressions:
         """One of two values, by whether a number is at least another."""
         inputs = {"value1": value, "value2": self.constant(reaches), "in1": then, "in2": otherwise}
         return self.node("ifgreatereq", then.kind, inputs)
+
+    def if_true(self, flag: Value, then: Value, otherwise: Value) -> Value:
+        """One of two values, by a boolean."""
+        inputs = {"value1": flag, "value2": self._value("boolean", {"value": "true"}), "in1": then, "in2": otherwise}
+        return self.node("ifequal", then.kind, inputs)
 
     def _value(self, kind: str, source: Mapping[str, str], number: tuple[float, ...] | None = None) -> Value:
         """The one value of a source."""

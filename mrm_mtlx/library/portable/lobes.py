@@ -12,13 +12,16 @@ if TYPE_CHECKING:
     from mrm_mtlx.library.portable.aligned import AlignedLobe, Part
     from mrm_mtlx.library.portable.expressions import Expressions, Value
 
-_METAL = "conductor_bsdf"
-_REFLECTANCES = {_METAL: conductor, "dielectric_bsdf": dielectric, "generalized_schlick_bsdf": schlick}
+CONDUCTOR = "conductor_bsdf"
+_SCHLICK = "generalized_schlick_bsdf"
+_REFLECTANCES = {CONDUCTOR: conductor, "dielectric_bsdf": dielectric, _SCHLICK: schlick}
+_MODE = "scatter_mode"
 # Inputs whose default is no number, and the nodes that give it.
 _GEOMETRY = ("normal", "tangent")
-# Inputs that do nothing at their default, or are no numbers.
-_LEFT_OUT = ("color82", "thinfilm_thickness", "thinfilm_ior", "distribution", "scatter_mode", FLAG)
-_MODE = "scatter_mode"
+# Inputs of which the aligned lobe takes no value.
+_UNUSED = ("thinfilm_thickness", "thinfilm_ior", "distribution", _MODE, FLAG)
+# Inputs that do nothing at their default.
+_OPTIONAL = ("color82",)
 
 
 def is_on(lobe: Any) -> bool:
@@ -27,7 +30,7 @@ def is_on(lobe: Any) -> bool:
     return given is not None and given.getValueString() != "false" and _scatters(lobe) != "T"
 
 
-def replace_lobe(lobe: Any, nodes: Expressions, *, of_standard_library: bool = False) -> None:
+def replace_lobe(lobe: Any, nodes: Expressions, *, of_standard_library: bool = False) -> bool:
     """Make a microfacet node what stands for it as its flag says, of nodes of the standard library alone.
 
     With the flag on it becomes the sum of two ordinary lobes, see `aligned_lobe`; off, it loses the flag; of a flag that
@@ -41,32 +44,82 @@ def replace_lobe(lobe: Any, nodes: Expressions, *, of_standard_library: bool = F
         Of the same graph or document.
     of_standard_library
         Whether ordinary nodes name their definition, because another one of the same category is there.
+
+    Returns
+    -------
+    bool
+        Whether it became a sum.
     """
-    replaced = is_on(lobe)
     flag = lobe.getInput(FLAG)
-    if replaced:
-        _replace(lobe, nodes, None if flag.getValueString() else nodes.given(flag), of_standard_library)
-    elif flag is not None:
-        lobe.removeInput(FLAG)
-
-
-def _replace(lobe: Any, nodes: Expressions, flag: Value | None, of_standard_library: bool) -> None:
-    """With a flag, that is a boolean by which the lobe is the aligned one or the ordinary one."""
+    if not is_on(lobe):
+        if flag is not None:
+            lobe.removeInput(FLAG)
+        return False
     inputs = _inputs(lobe, nodes)
     found = aligned_lobe(nodes, inputs, _REFLECTANCES[lobe.getCategory()])
     weight, mode = inputs["weight"], _scatters(lobe)
     parts = []
-    if flag is not None:
-        zero = nodes.constant(0.0)
-        parts.append(_ordinary(lobe, nodes, _chosen(nodes, flag, zero, weight), mode))
-        weight = _chosen(nodes, flag, weight, zero)
+    if not flag.getValueString():
+        given, zero = nodes.given(flag), nodes.constant(0.0)
+        parts.append(_ordinary(lobe, nodes, nodes.if_true(given, zero, weight), mode))
+        weight = nodes.if_true(given, weight, zero)
     if mode == "RT":
         parts.append(_ordinary(lobe, nodes, weight, "T"))
-    lobes = [_ordinary_lobe(lobe, nodes, found, part, weight) for part in (found.core, found.wing)]
+    parts += [_aligned(lobe, nodes, found, part, weight) for part in (found.core, found.wing)]
     if of_standard_library:
-        for node in (*parts, *lobes):
-            node.setNodeDefString(f"ND_{node.getCategory()}")
-    _become_sum(lobe, nodes, [*parts, *_colored(lobe, nodes, lobes, found.color)])
+        for part in parts:
+            part.setNodeDefString(f"ND_{part.getCategory()}")
+    _become_sum(lobe, nodes, parts)
+    return True
+
+
+def is_weighed(mixture: Any) -> bool:
+    """True for a mixture of BSDFs by an amount that is connected."""
+    amount = mixture.getInput("mix") if mixture.getCategory() == "mix" and mixture.getType() == "BSDF" else None
+    return amount is not None and not amount.getValueString()
+
+
+def weigh_mixture(mixture: Any, nodes: Expressions) -> None:
+    """Make a mixture of BSDFs by an amount that is connected the sum of both with their weights multiplied.
+
+    Generators do so where its parts are nodes with a weight, and spoil what a sum lets through where one is a sum
+    (docs/upstream-notes.md, premultiplied-mix).
+    """
+    amount = nodes.given(mixture.getInput("mix"))
+    names = []
+    for name, factor in (("fg", amount), ("bg", 1.0 - amount)):
+        part = mixture.getConnectedNode(name)
+        names.append("" if part is None else _weighted(part, nodes, factor))
+    for given in mixture.getInputs():
+        mixture.removeInput(given.getName())
+    mixture.setCategory("add")
+    mixture.removeAttribute("nodedef")
+    for number, name in enumerate(filter(None, names), start=1):
+        mixture.addInput(f"in{number}", "BSDF").setNodeName(name)
+
+
+def _weighted(part: Any, nodes: Expressions, factor: Value) -> str:
+    """Name of a node that is a BSDF times a factor: the node itself if nothing else uses it."""
+    if part.getCategory() != "add" and part.getNodeDef().getActiveInput("weight") is None:
+        product = nodes.added("multiply", "BSDF")
+        product.addInput("in1", "BSDF").setNodeName(part.getName())
+        factor.given_to(product, "in2")
+        return str(product.getName())
+    if len(part.getDownstreamPorts()) > 1:
+        copied = nodes.added(part.getCategory(), "BSDF")
+        name = str(copied.getName())
+        copied.copyContentFrom(part)
+        part = part.getParent().getNode(name)
+    if part.getCategory() == "add":
+        for given in part.getInputs():
+            given.setNodeName(_weighted(given.getConnectedNode(), nodes, factor))
+        return str(part.getName())
+    given = part.getInput("weight")
+    weight = factor if given is None else nodes.given(given) * factor
+    if given is not None:
+        part.removeInput("weight")
+    weight.given_to(part, "weight")
+    return str(part.getName())
 
 
 def _scatters(lobe: Any) -> str:
@@ -79,24 +132,20 @@ def _inputs(lobe: Any, nodes: Expressions) -> dict[str, Value]:
     found = {}
     for declared in definitions_for(lobe).getNodeDef(f"ND_{lobe.getCategory()}").getActiveInputs():
         name, kind = str(declared.getName()), str(declared.getType())
+        if name in _UNUSED:
+            continue
         given = lobe.getInput(name)
-        value = None if given is None else nodes.given(given)
-        if value is not None and not (value.source.keys() - {"value"} or (value.source and name not in _GEOMETRY)):
-            value = None  # generators pass over numbers where a direction is due
-        if value is not None and name not in _LEFT_OUT[1:]:
+        value = nodes.given(given) if given is not None else None
+        # Generators pass over a number where a direction is due.
+        if value is not None and value.source and not (name in _GEOMETRY and value.number is not None):
             found[name] = value.converted("vector3") if kind == "color3" else value
-        elif value is None and name in _GEOMETRY:
+        elif name in _GEOMETRY:
             found[name] = nodes.node(name, kind, {}, space="world")
-        elif value is None and name not in _LEFT_OUT:
+        elif name not in _OPTIONAL:
             number = declared.getValue()
             numbers = float(number) if kind == "float" else tuple(number.asTuple())
             found[name] = nodes.constant(numbers, "vector3" if kind == "color3" else kind)
     return found
-
-
-def _chosen(nodes: Expressions, flag: Value, then: Value, otherwise: Value) -> Value:
-    inputs = {"value1": flag, "value2": nodes.yes(), "in1": then, "in2": otherwise}
-    return nodes.node("ifequal", then.kind, inputs)
 
 
 def _ordinary(lobe: Any, nodes: Expressions, weight: Value, mode: str) -> Any:
@@ -106,24 +155,18 @@ def _ordinary(lobe: Any, nodes: Expressions, weight: Value, mode: str) -> Any:
         if given.getName() not in ("weight", FLAG, _MODE):
             made.addInput(given.getName(), given.getType()).copyContentFrom(given)
     weight.given_to(made, "weight")
-    if lobe.getCategory() != _METAL:
+    if lobe.getCategory() != CONDUCTOR:
         made.setInputValue(_MODE, mode)
     return made
 
 
-def _ordinary_lobe(lobe: Any, nodes: Expressions, found: AlignedLobe, part: Part, weight: Value) -> Any:
-    """One part: a lobe of the same reflectance at every angle; of a metal, which hides what it covers, a white metal."""
-    is_metal = lobe.getCategory() == _METAL
-    made = nodes.added(_METAL if is_metal else "generalized_schlick_bsdf", "BSDF")
+def _aligned(lobe: Any, nodes: Expressions, found: AlignedLobe, part: Part, weight: Value) -> Any:
+    """One part: a lobe of the same reflectance at every angle, Schlick's curve with equal ends."""
+    made = nodes.added(_SCHLICK, "BSDF")
     (weight * part.share).given_to(made, "weight")
-    if is_metal:
-        # An index of 0 + 1i reflects everything.
-        made.setInputValue("ior", (0.0, 0.0, 0.0), "color3")
-        made.setInputValue("extinction", (1.0, 1.0, 1.0), "color3")
-    else:
-        color = found.color.converted("color3")
-        color.given_to(made, "color0")
-        color.given_to(made, "color90")
+    color = found.color.converted("color3")
+    color.given_to(made, "color0")
+    color.given_to(made, "color90")
     part.roughness.given_to(made, "roughness")
     part.normal.given_to(made, "normal")
     part.tangent.given_to(made, "tangent")
@@ -133,39 +176,17 @@ def _ordinary_lobe(lobe: Any, nodes: Expressions, found: AlignedLobe, part: Part
     return made
 
 
-def _colored(lobe: Any, nodes: Expressions, lobes: list[Any], color: Value) -> list[Any]:
-    """White lobes of a metal, times their colour; others as they are."""
-    if lobe.getCategory() != _METAL:
-        return lobes
-    product = nodes.added("multiply", "BSDF")
-    product.addInput("in1", "BSDF").setNodeName(_sum(nodes, lobes))
-    color.converted("color3").given_to(product, "in2")
-    return [product]
-
-
-def _sum(nodes: Expressions, parts: list[Any]) -> str:
-    """Name of a node that is the sum of BSDFs."""
-    last = parts[0]
-    for part in parts[1:]:
-        made = nodes.added("add", "BSDF")
-        made.addInput("in1", "BSDF").setNodeName(last.getName())
-        made.addInput("in2", "BSDF").setNodeName(part.getName())
-        last = made
-    return str(last.getName())
-
-
 def _become_sum(lobe: Any, nodes: Expressions, parts: list[Any]) -> None:
-    """Let the node itself be the sum of BSDFs."""
+    """Let the node itself be the sum of two or more BSDFs."""
     for given in lobe.getInputs():
         lobe.removeInput(given.getName())
     lobe.removeAttribute("nodedef")
-    if len(parts) == 1:  # the product of a metal
-        lobe.setCategory(parts[0].getCategory())
-        for given in parts[0].getInputs():
-            lobe.addInput(given.getName(), given.getType()).copyContentFrom(given)
-        parts[0].getParent().removeNode(parts[0].getName())
-        return
     lobe.setCategory("add")
-    lobe.addInput("in1", "BSDF").setNodeName(_sum(nodes, parts[:-1]))
-    lobe.addInput("in2", "BSDF").setNodeName(parts[-1].getName())
-
+    first, *others = (str(part.getName()) for part in parts)
+    for other in others[:-1]:
+        between = nodes.added("add", "BSDF")
+        between.addInput("in1", "BSDF").setNodeName(first)
+        between.addInput("in2", "BSDF").setNodeName(other)
+        first = str(between.getName())
+    lobe.addInput("in1", "BSDF").setNodeName(first)
+    lobe.addInput("in2", "BSDF").setNodeName(others[-1])
