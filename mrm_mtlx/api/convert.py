@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +64,7 @@ def convert(
     output: PathLike,
     *,
     to: str | None = None,
+    portable: bool = False,
     root: PathLike | Sequence[PathLike] = (),
     force: bool = False,
     listener: Listener = SILENT,
@@ -81,6 +82,10 @@ def convert(
         What to write; its ending names the format.
     to
         The format, whatever the ending: "openmaterial".
+    portable
+        Whether to write nodes of MaterialX's standard library alone, with an ordinary lobe, turned toward the viewer, in
+        the place of each retroreflective one: for hosts without the node library. As MaterialX, also of MaterialX, or
+        as USD.
     root
         Folders from which files may be read besides the document's own.
     force
@@ -104,7 +109,7 @@ def convert(
 
     target = path_of("output", output)
     check_folder(target)
-    written = _format_for(path, target, to)
+    written = _format_for(path, target, to, portable=portable)
     if force and not written.writes_beside:
         msg = "this format has no files beside OUTPUT, which is replaced"
         raise ArgumentError(msg, "force")
@@ -113,7 +118,12 @@ def convert(
         if source is not None and not source.can(Capability.READ) and source.can(Capability.COEFFICIENTS):
             return _fitted(Path(path), source, target, written, options, listener)
     chosen = _options(written, path, options)
-    return _write(open_document(path, root=root, listener=listener), target, written, chosen, listener, force=force)
+    opened = open_document(path, root=root, listener=listener)
+    if not portable:
+        return _write(opened, target, written, chosen, listener, force=force)
+    made, lost = _portable(opened, listener)
+    converted = _write(made, target, written, chosen, listener, force=force)
+    return replace(converted, lost=(*lost, *converted.lost))
 
 
 def compare(
@@ -154,7 +164,7 @@ def compare(
     return _evaluated(opened, listener, lambda: compared.compare(opened.source, Path(file), chosen))
 
 
-def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None) -> Format:
+def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None, *, portable: bool) -> Format:
     """The format to be written."""
     from mrm_mtlx.formats.format import Capability
     from mrm_mtlx.formats.registry import MATERIALX, format_for, format_of, formats_that, suffixes
@@ -169,7 +179,10 @@ def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None) -> 
     if output.exists() and source.exists() and output.samefile(source):
         msg = f"{output} is the file to be read"
         raise ArgumentError(msg, "output")
-    if (format_of(source) or (MATERIALX if source.exists() else None)) is found:
+    if portable and not found.holds_networks:
+        msg = f"{found.title} has no nodes of MaterialX; write the document itself as {found.title}"
+        raise ArgumentError(msg, "portable")
+    if not portable and (format_of(source) or (MATERIALX if source.exists() else None)) is found:
         msg = f"{source} is {found.title} already"
         raise ArgumentError(msg, "output")
     return found
@@ -182,6 +195,28 @@ def _options(owner: Format, path: PathLike | OpenDocument, given: dict[str, Any]
     if isinstance(path, OpenDocument) and "element" in owner.options_class.names() and given.get("element") is None:
         given = {**given, "element": path.elements[0]}
     return options_for(owner, given)
+
+
+def _portable(opened: OpenDocument, listener: Listener) -> tuple[OpenDocument, tuple[Finding, ...]]:
+    """An open document in its portable form, and what that has lost.
+
+    Raises
+    ------
+    ArgumentError
+        If the nodes of the document cannot be replaced.
+    """
+    from mrm_mtlx.documents.portable import portable
+    from mrm_mtlx.library import Origin, load_library
+
+    try:
+        document, findings = portable(opened.document)
+    except ValueError as error:
+        msg = f"{opened.path} has no portable form: {error}"
+        raise ArgumentError(msg, "path") from error
+    lost = tuple(opened.source.in_source(found) for found in findings)
+    listener.findings(lost)
+    source = replace(opened.source, materialx=document)
+    return replace(opened, source=source, library=load_library(Origin.UPSTREAM)), lost
 
 
 def _write(

@@ -42,6 +42,9 @@ def convert(
     ] = None,
     option: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="The same as OUTPUT.")] = None,
     to: Annotated[str | None, typer.Option("--to", help="The format, whatever the ending.")] = None,
+    portable: Annotated[
+        bool, typer.Option("--portable", help="Nodes of MaterialX's standard library alone, for hosts without ours.")
+    ] = False,
     file: Annotated[
         Path | None,
         typer.Option("--compare", metavar="FILE", help="Write nothing; compare with this OpenMATERIAL file."),
@@ -63,13 +66,13 @@ def convert(
     output = output or option
     shared: dict[str, Any] = {"root": root or (), "listener": Terminal(), **options}
     if file is not None:
-        refuse({"option": output, "to": to, "force": force}, "not with `file`, which writes nothing")
+        refuse({"option": output, "to": to, "portable": portable, "force": force}, "not with `file`, which writes nothing")
         found = mrm.compare(path, file, **shared)
         typer.echo(found)
         raise typer.Exit(0 if found.equal else 1)
     if output is None:
         raise ArgumentError("expected a file to write, or `file`", "output")
-    written = mrm.convert(path, output, to=to, force=force, **shared)
+    written = mrm.convert(path, output, to=to, portable=portable, force=force, **shared)
     raise typer.Exit(0 if written.complete else 1)
 
 

@@ -85,6 +85,8 @@ class Format:
         Whether other files have these endings, too. Then folders are not searched for them, the module's
         `recognises(start)` tells a file of the format by its first bytes, and what is written may have any ending if
         `--to` names the format.
+    holds_networks
+        Whether a file of it holds nodes of MaterialX as they are.
     options
         The class of its options, "module:Class"; "" for none.
     """
@@ -95,6 +97,7 @@ class Format:
     module: str
     capabilities: frozenset[Capability] = frozenset((Capability.READ, Capability.WRITE))
     ambiguous: bool = False
+    holds_networks: bool = False
     options: str = ""
 
     def can(self, capability: Capability) -> bool:

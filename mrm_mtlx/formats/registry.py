@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 GROUP = "mrm_mtlx.formats"
 
 # MaterialX's own; what a file without a known ending is taken for.
-MATERIALX = Format("materialx", "MaterialX", (".mtlx",), "mrm_mtlx.formats.materialx")
+MATERIALX = Format("materialx", "MaterialX", (".mtlx",), "mrm_mtlx.formats.materialx", holds_networks=True)
 
 _OWN = (
     MATERIALX,
-    Format("usd", "USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.formats.usd"),
+    Format("usd", "USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.formats.usd", holds_networks=True),
     Format("gltf", "glTF", (".gltf", ".glb"), "mrm_mtlx.formats.gltf"),
     Format(
         "openmaterial",
