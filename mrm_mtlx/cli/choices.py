@@ -36,6 +36,13 @@ class Implementation(StrEnum):
     UPSTREAM = "upstream"
 
 
+class Form(StrEnum):
+    """Forms of the node library; conformance.Form."""
+
+    LIBRARY = "library"
+    PORTABLE = "portable"
+
+
 class OslModeName(StrEnum):
     """Ways in which OSL makes a retroreflective lobe; shadergen.OslMode."""
 

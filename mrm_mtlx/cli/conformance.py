@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx.cli import errors
-from mrm_mtlx.cli.choices import Implementation, TableFormat
+from mrm_mtlx.cli.choices import Form, Implementation, TableFormat
 from mrm_mtlx.cli.options import Library, Output, Samples, Seed, Targets
 
 # Exit status by how a run ends.
@@ -24,12 +24,15 @@ def conformance(
     samples: Samples = 1 << 18,
     seed: Seed = 0,
     library: Library = Implementation.MRM,
+    form: Annotated[
+        Form, typer.Option("--form", help="The library's sources, or nodes of the standard library alone.")
+    ] = Form.LIBRARY,
     report_format: Annotated[TableFormat, typer.Option("--format", help="Form of the report.")] = TableFormat.TEXT,
     output: Output = None,
 ) -> None:
     """Compare every node, flag and shape of lobe with the oracle, over random parameters.
 
-    Targets: glsl and essl in the OpenGL driver, osl in Cycles.
+    Targets: glsl and essl in the OpenGL driver, osl in Cycles. The portable form is compared in the first two.
     """
     import mrm_mtlx as mrm
     from mrm_mtlx.cli.console import terminal
@@ -37,7 +40,7 @@ def conformance(
 
     with terminal("comparing") as listener:
         found = mrm.conformance(
-            target=target or (), samples=samples, seed=seed, library=library.value, listener=listener
+            target=target or (), samples=samples, seed=seed, library=library.value, form=form.value, listener=listener
         )
     if report_format is TableFormat.JSON:
         write_report(found.to_json(), output)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.conformance import hardware, osl
+from mrm_mtlx.conformance import hardware, osl, portable
 from mrm_mtlx.conformance.cases import NODES, Case, cases
 from mrm_mtlx.conformance.new_nodes import NewCase, new_cases
 from mrm_mtlx.conformance.results import SCHEMA, Approximation, CaseResult
@@ -17,12 +18,23 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.library import Origin
 
-__all__ = ["NODES", "SCHEMA", "Approximation", "Case", "CaseResult", "NewCase", "cases", "new_cases", "run", "targets"]
+__all__ = [
+    "NODES", "SCHEMA", "Approximation", "Case", "CaseResult", "Form", "NewCase",
+    "cases", "new_cases", "run", "run_portable", "targets",
+]  # fmt: skip
 
 
-def targets() -> tuple[str, ...]:
-    """Names of the targets that an engine runs, in the order of `shadergen.TARGETS`, then OSL."""
-    return (*_drawn(), *([osl.TARGET] if osl.TARGET in registry.targets(registry.measures_closures) else []))
+class Form(StrEnum):
+    """In which form a lobe is compared: by the node library's sources, or in nodes of the standard library alone."""
+
+    LIBRARY = "library"
+    PORTABLE = "portable"
+
+
+def targets(form: Form = Form.LIBRARY) -> tuple[str, ...]:
+    """Names of the targets that an engine runs, in the order of `shadergen.TARGETS`, then OSL for the library."""
+    measured = registry.targets(registry.measures_closures) if form is Form.LIBRARY else ()
+    return (*_drawn(), *([osl.TARGET] if osl.TARGET in measured else []))
 
 
 def _drawn() -> tuple[str, ...]:
@@ -48,10 +60,7 @@ def run(
     ValueError
         If a target is not one of `targets`.
     """
-    unknown = sorted(set(chosen_targets) - set(targets()))
-    if unknown:
-        msg = f"conformance runs on {', '.join(targets())}, not on {', '.join(unknown)}"
-        raise ValueError(msg)
+    _check(chosen_targets, Form.LIBRARY)
     todo = list(chosen or [*cases(), *(new_cases() if origin == "mrm" else [])])
     drawn = [target for target in _drawn() if target in chosen_targets]
     steps: list[Callable[[], Iterator[CaseResult]]] = []
@@ -59,6 +68,34 @@ def run(
         steps += [partial(hardware.run_case, case, drawn, samples, seed, origin) for case in todo]
     if osl.TARGET in chosen_targets:
         steps += osl.steps(todo, samples, seed, origin)
+    yield from _results(steps, progress)
+
+
+def run_portable(
+    chosen_targets: Sequence[str], samples: int, seed: int, progress: Callable[[int, int], None] | None = None
+) -> Iterator[CaseResult]:
+    """Compare the portable form on every target; results in the order of the cases.
+
+    Raises
+    ------
+    ValueError
+        If a target is not one of `targets`.
+    """
+    _check(chosen_targets, Form.PORTABLE)
+    yield from _results(portable.steps([t for t in _drawn() if t in chosen_targets], samples, seed), progress)
+
+
+def _check(chosen_targets: Sequence[str], form: Form) -> None:
+    known = targets(form)
+    unknown = sorted(set(chosen_targets) - set(known))
+    if unknown:
+        msg = f"conformance runs on {', '.join(known)}, not on {', '.join(unknown)}"
+        raise ValueError(msg)
+
+
+def _results(
+    steps: Sequence[Callable[[], Iterator[CaseResult]]], progress: Callable[[int, int], None] | None
+) -> Iterator[CaseResult]:
     for count, step in enumerate(steps, start=1):
         yield from step()
         if progress:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin: Origin) -> Iterator[CaseResult]:
     """Results of a case, one per target; the oracle is evaluated once."""
-    engines = {target: _engine(target) for target in targets}
+    engines = {target: engine_of(target) for target in targets}
     states = {target: engine.availability() for target, engine in engines.items()}
     working = {target: engine for target, engine in engines.items() if states[target].available}
     compared = _compare(case, working, samples, seed, origin) if working else {}
@@ -33,7 +33,8 @@ def run_case(case: Case, targets: Sequence[str], samples: int, seed: int, origin
         yield CaseResult(case, target, engine.name, compared.get(target), reason)
 
 
-def _engine(target: str) -> Engine:
+def engine_of(target: str) -> Engine:
+    """The engine that runs a target."""
     engine = registry.engine_for(target, registry.runs)
     if engine is None:
         msg = f"no engine runs {target}"

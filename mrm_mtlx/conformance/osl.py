@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrm_mtlx.conformance.approximation import measure_aligned
+from mrm_mtlx.conformance.approximation import Sky, measure_aligned
 from mrm_mtlx.conformance.cases import ALPHA_RANGE, Case, case_points, shader_parameters
 from mrm_mtlx.conformance.new_nodes import (
     AMOUNT,
@@ -299,4 +299,4 @@ def _turned(v: Array, l: Array, axis: Array) -> Array:
 
 def _aligned(case: Case, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
     del samples, seed  # a quadrature, not a sample
-    return CaseResult(case, TARGET, bench.name, None, None, variant, tuple(measure_aligned(bench, case.node)))
+    return CaseResult(case, TARGET, bench.name, None, None, variant, tuple(measure_aligned(bench, Sky(case.node))))

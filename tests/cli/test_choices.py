@@ -5,6 +5,7 @@ from __future__ import annotations
 from mrm_mtlx.api import fit, plot
 from mrm_mtlx.bsdf.masking import DISTRIBUTIONS, MASKINGS
 from mrm_mtlx.cli import choices
+from mrm_mtlx.conformance import Form
 from mrm_mtlx.fitting.fit import LOSSES
 from mrm_mtlx.fitting.residuals import RESIDUALS
 from mrm_mtlx.library import Origin
@@ -21,6 +22,7 @@ def names(choice):
 
 def test_the_names_of_the_options_are_those_of_the_tables_they_stand_for():
     assert names(choices.Implementation) == names(Origin)
+    assert names(choices.Form) == names(Form)
     assert names(choices.OslModeName) == names(OslMode)
     assert names(choices.Shape) == list(SHAPES)
     assert names(choices.Scale) == list(SCALES)

@@ -9,7 +9,7 @@ import pytest
 
 from mrm_mtlx.bsdf.vectors import half_vector, mirror
 from mrm_mtlx.conformance import NODES, Case, approximation, cases, osl, run
-from mrm_mtlx.conformance.approximation import MATERIALS, bounds, measure_aligned
+from mrm_mtlx.conformance.approximation import BOUNDS, MATERIALS, Sky, bounds, measure_aligned
 from mrm_mtlx.engines import osl as engine
 from mrm_mtlx.library import Origin
 
@@ -31,7 +31,7 @@ SMALL = {"angles": 32, "azimuths": 16}
 def small(cycles, monkeypatch: pytest.MonkeyPatch) -> None:
     """The engine, and aligned lobes measured at few widths and angles."""
     monkeypatch.setattr(
-        osl, "measure_aligned", lambda bench, node: measure_aligned(bench, node, ALPHAS, VIEWS, **SMALL)
+        osl, "measure_aligned", lambda bench, sky: measure_aligned(bench, Sky(sky.node, ALPHAS, VIEWS, **SMALL))
     )
 
 
@@ -179,7 +179,7 @@ def test_the_figures_of_aligned_lobes_do_not_depend_on_the_quadrature(cycles):
     coarse, as_it_is, fine = (
         list(
             measure_aligned(
-                engine.CYCLES.bench, "generalized_schlick_bsdf", (0.1,), (60.0,), angles=angles, azimuths=azimuths
+                engine.CYCLES.bench, Sky("generalized_schlick_bsdf", (0.1,), (60.0,), angles=angles, azimuths=azimuths)
             )
         )
         for angles, azimuths in ((12, 8), (approximation._ANGLES, approximation._AZIMUTHS), (192, 64))
@@ -190,9 +190,9 @@ def test_the_figures_of_aligned_lobes_do_not_depend_on_the_quadrature(cycles):
 
 def test_bounds_grow_with_the_width_and_end_where_nothing_is_promised():
     for node in NODES:
-        promised = [bounds(node, alpha) for alpha in (0.0025, 0.04, 0.1)]
+        promised = [bounds(BOUNDS, node, alpha) for alpha in (0.0025, 0.04, 0.1)]
         assert promised[0] == promised[1] < promised[2]
-        assert bounds(node, 0.11) == (np.inf, np.inf)
+        assert bounds(BOUNDS, node, 0.11) == (np.inf, np.inf)
 
 
 # A library that is wrong ----------------------------------------------------------------------------------------------
@@ -287,5 +287,5 @@ ALIGNED = {
 def test_a_wrong_aligned_lobe_breaks_its_bounds(changed, damage):
     file, old, new, node, alpha, view = ALIGNED[damage]
     changed(file, old, new)
-    figures = list(measure_aligned(engine.CYCLES.bench, node, (alpha,), (view,), **SMALL))
+    figures = list(measure_aligned(engine.CYCLES.bench, Sky(node, (alpha,), (view,), **SMALL)))
     assert all(figure.passed for figure in figures) == (damage == "nothing")

@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.library.portable.aligned import AlignedLobe, Part
     from mrm_mtlx.library.portable.expressions import Expressions, Value
 
-CONDUCTOR = "conductor_bsdf"
 _SCHLICK = "generalized_schlick_bsdf"
-_REFLECTANCES = {CONDUCTOR: conductor, "dielectric_bsdf": dielectric, _SCHLICK: schlick}
+_REFLECTANCES = {"conductor_bsdf": conductor, "dielectric_bsdf": dielectric, _SCHLICK: schlick}
 _MODE = "scatter_mode"
 # Inputs whose default is no number, and the nodes that give it.
 _GEOMETRY = ("normal", "tangent")
@@ -34,7 +33,8 @@ def replace_lobe(lobe: Any, nodes: Expressions, *, of_standard_library: bool = F
     """Make a microfacet node what stands for it as its flag says, of nodes of the standard library alone.
 
     With the flag on it becomes the sum of two ordinary lobes, see `aligned_lobe`; off, it loses the flag; of a flag that
-    comes from elsewhere, both, of which one has no weight. What transmits stays as it is, and a thin film is left out.
+    comes from elsewhere, both, of which one has no weight. What transmits stays as it is, unless the scatter mode comes
+    from elsewhere, too; a thin film is left out.
 
     Parameters
     ----------
@@ -57,14 +57,16 @@ def replace_lobe(lobe: Any, nodes: Expressions, *, of_standard_library: bool = F
         return False
     inputs = _inputs(lobe, nodes)
     found = aligned_lobe(nodes, inputs, _REFLECTANCES[lobe.getCategory()])
-    weight, mode = inputs["weight"], _scatters(lobe)
+    weight = inputs["weight"]
     parts = []
     if not flag.getValueString():
         given, zero = nodes.given(flag), nodes.constant(0.0)
-        parts.append(_ordinary(lobe, nodes, nodes.if_true(given, zero, weight), mode))
+        parts.append(_ordinary(lobe, nodes, nodes.if_true(given, zero, weight)))
         weight = nodes.if_true(given, weight, zero)
-    if mode == "RT":
-        parts.append(_ordinary(lobe, nodes, weight, "T"))
+    if _scatters(lobe) == "RT":
+        transmitting = _ordinary(lobe, nodes, weight)
+        transmitting.setInputValue(_MODE, "T")
+        parts.append(transmitting)
     parts += [_aligned(lobe, nodes, found, part, weight) for part in (found.core, found.wing)]
     if of_standard_library:
         for part in parts:
@@ -123,8 +125,9 @@ def _weighted(part: Any, nodes: Expressions, factor: Value) -> str:
 
 
 def _scatters(lobe: Any) -> str:
+    """The scatter mode, "" if it comes from elsewhere."""
     mode = lobe.getInput(_MODE)
-    return "R" if mode is None else str(mode.getValueString()) or "R"
+    return "R" if mode is None else str(mode.getValueString())
 
 
 def _inputs(lobe: Any, nodes: Expressions) -> dict[str, Value]:
@@ -148,15 +151,13 @@ def _inputs(lobe: Any, nodes: Expressions) -> dict[str, Value]:
     return found
 
 
-def _ordinary(lobe: Any, nodes: Expressions, weight: Value, mode: str) -> Any:
-    """A copy of the node without the flag, with another weight and scatter mode."""
+def _ordinary(lobe: Any, nodes: Expressions, weight: Value) -> Any:
+    """A copy of the node without the flag, with another weight."""
     made = nodes.added(lobe.getCategory(), "BSDF")
     for given in lobe.getInputs():
-        if given.getName() not in ("weight", FLAG, _MODE):
+        if given.getName() not in ("weight", FLAG):
             made.addInput(given.getName(), given.getType()).copyContentFrom(given)
     weight.given_to(made, "weight")
-    if lobe.getCategory() != CONDUCTOR:
-        made.setInputValue(_MODE, mode)
     return made
 
 
