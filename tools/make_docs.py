@@ -57,6 +57,7 @@ PRODUCTS = {
     "rules.md": Product((*MRM, "rules", "--markdown")),
     "classes.md": Product(("-m", "tools.classes_page")),
     "osl-accuracy.md": Product(("-m", "tools.osl_accuracy"), minutes=True),
+    "portable-accuracy.md": Product(("-m", "tools.portable_accuracy"), minutes=True),
     **{name: Product((*MRM, "plot", *call.split())) for name, call in FIGURES.items()},
     "figures/photometry.svg": Product((*MRM, *_R_A.split())),
     "figures/house.svg": Product(("-m", "tools.house", "{file}")),

@@ -83,9 +83,9 @@ def convert(
     to
         The format, whatever the ending: "openmaterial".
     portable
-        Whether to write nodes of MaterialX's standard library alone, with an ordinary lobe, turned toward the viewer, in
-        the place of each retroreflective one: for hosts without the node library. As MaterialX, also of MaterialX, or
-        as USD.
+        Whether to write nodes of MaterialX's standard library alone, with ordinary lobes, turned toward the viewer, in
+        the place of each retroreflective one: for hosts without the node library. As MaterialX, which the document may
+        be already, or as USD.
     root
         Folders from which files may be read besides the document's own.
     force

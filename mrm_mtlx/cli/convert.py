@@ -66,7 +66,9 @@ def convert(
     output = output or option
     shared: dict[str, Any] = {"root": root or (), "listener": Terminal(), **options}
     if file is not None:
-        refuse({"option": output, "to": to, "portable": portable, "force": force}, "not with `file`, which writes nothing")
+        refuse(
+            {"option": output, "to": to, "portable": portable, "force": force}, "not with `file`, which writes nothing"
+        )
         found = mrm.compare(path, file, **shared)
         typer.echo(found)
         raise typer.Exit(0 if found.equal else 1)

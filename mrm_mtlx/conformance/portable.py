@@ -1,4 +1,4 @@
-"""The portable form against the oracle: generated code of nodes of the standard library alone, in the engines that draw.
+"""The portable form against the oracle: code generated from nodes of the standard library alone, where it is drawn.
 
 Two variants:
 
@@ -104,7 +104,7 @@ def measure_portable(engine: Engine, target: str, sky: Sky) -> Iterator[Approxim
         def lit(sun: Array) -> tuple[Array, Array]:
             found = program.evaluate(points, Lighting(DirectionalLight(tuple(map(float, sun)))))
             expected = surface.shade(replace(facets, light=sun))
-            above = (facets.normal @ sun > 0.0)[:, None]
+            above = (facets.normal @ sun * facets.normal[:, 2] > 0.0)[:, None]  # on the side that is seen
             return found[:, :3].astype(float), np.where(above, expected[:, :3], 0.0)
 
         yield from sky.figures((lit(sun) for sun in sampling.float32(sky.suns())), BOUNDS)

@@ -1,7 +1,7 @@
-"""A document in nodes of the standard library alone: its retroreflective lobes as ordinary ones, turned toward the viewer.
+"""A document in nodes of the standard library alone: ordinary lobes that are turned toward the viewer.
 
-It needs no node library, no source and no flag, so that any host draws it that has MaterialX 1.39; how near it comes is in
-docs/portable.md.
+It needs no node library, no source and no flag, so that any host draws it that has MaterialX 1.39; how near it comes is
+in docs/portable.md.
 """
 
 from __future__ import annotations
@@ -37,8 +37,9 @@ _FILMS = {
 }
 # Names of the nodes that are made begin with it.
 _PREFIX = "retro"
-# Up to this width, accuracy is promised, for equal widths.
+# Up to this width, accuracy is promised, for equal widths; MaterialX holds numbers in single precision.
 WIDEST_ALPHA = 0.1
+_ROUNDED = 1e-6
 
 
 def portable(document: mx.Document) -> tuple[mx.Document, list[Finding]]:
@@ -117,7 +118,7 @@ def _lost(node: Any) -> Iterator[Finding]:
     if widths is None or not widths.getValueString() or widths.getType() != "vector2":
         return
     along, across = widths.getValue().asTuple()
-    if max(along, across) > WIDEST_ALPHA:
+    if max(along, across) > WIDEST_ALPHA + _ROUNDED:
         message = f"a width of {max(along, across):g} is beyond {WIDEST_ALPHA:g}, up to which the portable form is near"
         yield rules.INTERCHANGE_LOST.at(location(widths), f"{message} (docs/portable.md)")
     elif along != across:

@@ -121,3 +121,39 @@ def test_a_file_that_no_material_can_be_fitted_to_is_a_finding(here, content, me
     assert done.stderr.startswith("error READ_FORMAT")
     assert message in done.stderr
     assert not Path("sign.mtlx").exists()
+
+
+def test_a_portable_document_is_written_as_materialx_and_as_usd(here):
+    for name in ("cone.mtlx", "cone.usda"):
+        done = here("materials/traffic_cone_collar.mtlx", name, "--portable")
+        assert (done.exit_code, done.stdout, done.stderr) == (0, "", f"wrote {name}\n")
+    assert '"retroreflective"' not in Path("cone.mtlx").read_text(encoding="utf-8")
+
+
+def test_what_the_portable_form_cannot_say_is_told_and_the_rest_is_written(here):
+    lobe = '<conductor_bsdf name="bsdf" type="BSDF"><input name="retroreflective" type="boolean" value="true"/>'
+    film = '<input name="thinfilm_thickness" type="float" value="300"/></conductor_bsdf>'
+    surface = '<surface name="s" type="surfaceshader"><input name="bsdf" type="BSDF" nodename="bsdf"/></surface>'
+    material = '<input name="surfaceshader" type="surfaceshader" nodename="s"/>'
+    surface += f'<surfacematerial name="m" type="material">{material}</surfacematerial>'
+    text = f'<?xml version="1.0"?><materialx version="1.39">{lobe}{film}{surface}</materialx>'
+    Path("film.mtlx").write_text(text, encoding="utf-8")
+    done = here("film.mtlx", "written.mtlx", "--portable")
+    assert done.exit_code == 0
+    assert "warning INTERCHANGE_LOST /bsdf/thinfilm_thickness" in done.stderr
+    assert done.stderr.splitlines()[-1] == "wrote written.mtlx"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("cone.glb", "--portable"), "--portable: glTF has no nodes of MaterialX"),
+        (("cone.mtlx",), "is MaterialX already"),
+        (("--portable", "--compare", "x.json"), "not with --compare"),
+    ],
+    ids=str,
+)
+def test_a_portable_form_of_what_has_no_nodes_is_a_wrong_call(here, arguments, message):
+    done = here(TAPE, *arguments)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert message in " ".join(done.stderr.split())

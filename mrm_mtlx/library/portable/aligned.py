@@ -1,10 +1,11 @@
 """The lobe that stands for a retroreflective one where nothing but the standard library is known.
 
-An ordinary lobe in a frame that is turned toward the viewer; the theory is in docs/osl.md, under "The aligned lobe". Two
-things are different here, since hardware targets and hosts without code generation take what comes from below the
-surface, too: the lobe has a second, broader part, the wing, which follows its bend, and nothing widens it.
+An ordinary lobe in a frame that is turned toward the viewer; the theory is in docs/osl.md, under "The aligned lobe".
+Light from below the surface is not cut off here as renderers of OSL do, so that a lobe which is made wider, to follow
+the bend of the exact one, would send too much of it. In its place a second lobe follows the bend, the wing: broader
+across the plane of incidence, turned toward n, and without weight for narrow lobes, which bend little.
 
-The frame needs no sign of the view direction: targets differ in it.
+The sign of the view direction does not matter: targets differ in it.
 """
 
 from __future__ import annotations
@@ -27,15 +28,14 @@ _TINY = 1e-6
 # Widths that are told apart, and the smallest cosine of the view direction.
 _NARROWEST, _GRAZING = 1e-4, 1e-3
 
-# What is fitted, to the L1 error and the albedo over alpha 0.04 to 0.25 and 30 to 70 degrees, light from below the surface
-# counted as an error (docs/portable.md). x = alpha tan(theta), beyond the value of _WING_FROM.
+# What is fitted, to the L1 error and the albedo over alpha 0.04 to 0.25 and 30 to 70 degrees, light from below the
+# surface counted as an error (docs/portable.md). x = alpha tan(theta), beyond the value of _WING_FROM.
 _WING_FROM = 0.035  # below, there is no wing: real retroreflectors are narrower
 _WING = 0.8  # weight of the wing: _WING x / (1 + _WING x)
 _WING_TURN = 0.75  # its turn toward n, in widths
 _WING_ALONG, _WING_ACROSS = 0.9, 2.0  # its widths, relative to those of the core
 _NARROWED = 0.7  # the core is narrower by 1 + _NARROWED x
 _WIDENED = 2.5  # across the plane of incidence: c -> sqrt(c^2 + _WIDENED alpha^2 s^2)
-_DAMPED = 0.3  # weight: 1 / (1 + _DAMPED alpha^2), so that wide lobes reflect no more than they receive
 _SHIFT = 1.5  # the slope of the reflectance turns the lobe by so much more than its first moment
 
 
@@ -130,9 +130,8 @@ def aligned_lobe(
     )
     sideways = frame.across * (frame.cosine * shift * widths.shear)
     turn = (widths.alpha * _WING_TURN).at_most(frame.tangent)
-    gain = 1.0 / (1.0 + widths.alpha * widths.alpha * _DAMPED)
     return AlignedLobe(
-        mean.at_least(0.0) * gain,
+        mean.at_least(0.0),
         _part(nodes, frame, 1.0 - wing, frame.along * shift + sideways, core),
         _part(nodes, frame, wing, frame.along * (shift - turn) + sideways, broad),
     )
@@ -230,7 +229,7 @@ def _widths(nodes: Expressions, frame: Frame, roughness: Value) -> Widths:
 
 
 def _facets(nodes: Expressions, frame: Frame, widths: Widths) -> Facets:
-    """Facets m = (X, 0, 1) / |.| in the plane of incidence, X away from v', by Gauss-Legendre in X / sqrt(a^2 + X^2)."""
+    """Facets m = (X, 0, 1) / |.| in the plane of incidence, X away from v': Gauss-Legendre in X / sqrt(a^2 + X^2)."""
     square = widths.alpha * widths.alpha
     steepest = frame.cosine / (1.0 + frame.sine)
     top = steepest / (square + steepest * steepest).root()

@@ -4,8 +4,8 @@
     cosine = nodes.dot(normal, view).absolute()
     sine = (1.0 - cosine * cosine).root()
 
-Each operation is a node, made once for the same operands, and not before something takes its value, so that formulas may
-repeat what they need and name what they do not. Operations of constants are none. Colours are computed as vectors:
+Each operation is a node, made once for the same operands, and not before something takes its value, so that formulas
+may repeat what they need and name what they do not. Operations of constants are none. Colours are computed as vectors:
 generators convert a colour that is written in a document by its colour space, and would convert the constants of a
 formula with it.
 """

@@ -32,9 +32,9 @@ def is_on(lobe: Any) -> bool:
 def replace_lobe(lobe: Any, nodes: Expressions, *, of_standard_library: bool = False) -> bool:
     """Make a microfacet node what stands for it as its flag says, of nodes of the standard library alone.
 
-    With the flag on it becomes the sum of two ordinary lobes, see `aligned_lobe`; off, it loses the flag; of a flag that
-    comes from elsewhere, both, of which one has no weight. What transmits stays as it is, unless the scatter mode comes
-    from elsewhere, too; a thin film is left out.
+    With the flag on it becomes the sum of two ordinary lobes, see `aligned_lobe`; off, it loses the flag; with a flag
+    that comes from elsewhere, both, of which one has no weight. What transmits stays as it is, unless the scatter mode
+    comes from elsewhere, too; a thin film is left out.
 
     Parameters
     ----------
