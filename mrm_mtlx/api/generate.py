@@ -108,16 +108,14 @@ def generate(
         If the document cannot be used; ShaderError if MaterialX refuses a surface.
     """
     from mrm_mtlx.findings import rules
-    from mrm_mtlx.shadergen import GenerationError, OslMode, suffixes_of
+    from mrm_mtlx.shadergen import GenerationError, OslMode, closure_targets, suffixes_of
     from mrm_mtlx.shadergen import generate as generate_shader
 
     check_targets([target])
     check_choice("osl_mode", osl_mode, tuple(OslMode))
-    if target != "osl":
-        refuse(
-            {"osl_mode": osl_mode, "self_contained": self_contained, "script_node": script_node},
-            "only with `target` osl",
-        )
+    if target not in closure_targets():
+        forms = {"osl_mode": osl_mode, "self_contained": self_contained, "script_node": script_node}
+        refuse(forms, f"only with `target` {' or '.join(closure_targets())}")
     opened = open_document(path, element=element, library=library, root=root, listener=listener)
     mode = OslMode(osl_mode or "aligned")
     shaders: dict[str, Shader] = {}

@@ -16,6 +16,7 @@ from mrm_mtlx.shadergen import TARGETS
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from mrm_mtlx.engines.base import Engine
     from mrm_mtlx.library import Origin
 
 __all__ = [
@@ -32,15 +33,17 @@ class Form(StrEnum):
 
 
 def targets(form: Form = Form.LIBRARY) -> tuple[str, ...]:
-    """Names of the targets that an engine runs, in the order of `shadergen.TARGETS`, then OSL for the library."""
-    measured = registry.targets(registry.measures_closures) if form is Form.LIBRARY else ()
-    return (*_drawn(), *([osl.TARGET] if osl.TARGET in measured else []))
+    """Names of the targets that an engine runs, in the order of `shadergen.TARGETS`, then those of closures.
+
+    The portable form is measured where colours are drawn.
+    """
+    return (*_served(registry.runs), *(_served(registry.measures_closures) if form is Form.LIBRARY else ()))
 
 
-def _drawn() -> tuple[str, ...]:
-    """Targets of which an engine gives colours at points."""
-    running = registry.targets(registry.runs)
-    return tuple(name for name in TARGETS if name in running)
+def _served(fit: Callable[[Engine], bool]) -> tuple[str, ...]:
+    """Targets of the engines that fit."""
+    fitting = registry.targets(fit)
+    return tuple(name for name in TARGETS if name in fitting)
 
 
 def run(
@@ -51,7 +54,7 @@ def run(
     progress: Callable[[int, int], None] | None = None,
     chosen: Sequence[Case] | None = None,
 ) -> Iterator[CaseResult]:
-    """Compare every case on every target; results in the order of the cases, those of OSL last.
+    """Compare every case on every target; results in the order of the cases, those of closures last.
 
     MaterialX's own library has no implementation of the new nodes, so their cases are not among its.
 
@@ -62,12 +65,12 @@ def run(
     """
     _check(chosen_targets, Form.LIBRARY)
     todo = list(chosen or [*cases(), *(new_cases() if origin == "mrm" else [])])
-    drawn = [target for target in _drawn() if target in chosen_targets]
+    drawn = [target for target in _served(registry.runs) if target in chosen_targets]
     steps: list[Callable[[], Iterator[CaseResult]]] = []
     if drawn:
         steps += [partial(hardware.run_case, case, drawn, samples, seed, origin) for case in todo]
-    if osl.TARGET in chosen_targets:
-        steps += osl.steps(todo, samples, seed, origin)
+    for target in _served(registry.measures_closures):
+        steps += osl.steps(target, todo, samples, seed, origin) if target in chosen_targets else []
     yield from _results(steps, progress)
 
 
@@ -82,7 +85,8 @@ def run_portable(
         If a target is not one of `targets`.
     """
     _check(chosen_targets, Form.PORTABLE)
-    yield from _results(portable.steps([t for t in _drawn() if t in chosen_targets], samples, seed), progress)
+    drawn = [target for target in _served(registry.runs) if target in chosen_targets]
+    yield from _results(portable.steps(drawn, samples, seed), progress)
 
 
 def _check(chosen_targets: Sequence[str], form: Form) -> None:

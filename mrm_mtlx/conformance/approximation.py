@@ -196,7 +196,7 @@ def measure_aligned(bench: ClosureBench, sky: Sky) -> Iterator[Approximation]:
     """
     normals, suns = sky.normals, sky.suns()
     seen = bench.true_normals(normals).astype(float).reshape(len(sky.materials), -1, 3)
-    program = bench.compile(_source(sky.node), f"aligned_{sky.node}")
+    program = bench.compile(_source(sky.node, bench.target), f"aligned_{sky.node}")
     lit = program.direct_light(normals, shader_parameters(sky.inputs()), suns)
 
     def exact(sun: Array) -> Array:
@@ -216,10 +216,10 @@ def _exact(lobe: Lobe, normals: Array, light: Array) -> Array:
     return np.asarray(lobe.eval(v, l) * np.maximum(l[:, 2:], 0.0))
 
 
-def _source(node: str) -> str:
+def _source(node: str, target: str) -> str:
     library = load_library()
     document = measured_document(node, library.document, from_properties=False)
-    return generate(renderable_elements(document)[0], "osl", library).sources["pixel"]
+    return generate(renderable_elements(document)[0], target, library).sources["pixel"]
 
 
 def measured_document(node: str, library_document: mx.Document, *, from_properties: bool) -> mx.Document:

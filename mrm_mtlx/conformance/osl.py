@@ -53,8 +53,6 @@ if TYPE_CHECKING:
     from mrm_mtlx.engines.base import ClosureBench, ClosureProgram, Engine
     from mrm_mtlx.library import DataLibrary
 
-TARGET = "osl"
-
 # The weight of a closure may have its reflectance in it; what reflects less than this does not show in a sum.
 _LEAST_REFLECTANCE = 0.016
 
@@ -62,12 +60,16 @@ _LEAST_REFLECTANCE = 0.016
 _SUM_ROUNDINGS = 16
 
 
-def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> list[Callable[[], Iterator[CaseResult]]]:
+def steps(
+    target: str, cases: Sequence[Case], samples: int, seed: int, origin: Origin
+) -> list[Callable[[], Iterator[CaseResult]]]:
     """The work to do, in the order of the report; each step yields its results."""
     plain = [case for case in cases if not case.film]
     if origin is Origin.UPSTREAM:
-        return [partial(_run, case, "closures", partial(_closures, origin=origin), samples, seed) for case in plain]
-    exact = _bench()[1].exact_mode
+        return [
+            partial(_run, case, "closures", partial(_closures, origin=origin), target, samples, seed) for case in plain
+        ]
+    exact = _bench(target)[1].exact_mode
     variants: list[tuple[Case, str, Callable[..., CaseResult]]] = []
     for case in cases:
         if isinstance(case, NewCase):
@@ -85,22 +87,24 @@ def steps(cases: Sequence[Case], samples: int, seed: int, origin: Origin) -> lis
         variants.append((case, exact, partial(_closures, origin=origin, mode=exact)))
         if not case.anisotropic:
             variants.append((case, OslMode.ALIGNED, _aligned))
-    return [partial(_run, *variant, samples, seed) for variant in variants]
+    return [partial(_run, *variant, target, samples, seed) for variant in variants]
 
 
-def _run(case: Case, variant: str, measure: Callable[..., CaseResult], samples: int, seed: int) -> Iterator[CaseResult]:
-    engine, bench = _bench()
+def _run(
+    case: Case, variant: str, measure: Callable[..., CaseResult], target: str, samples: int, seed: int
+) -> Iterator[CaseResult]:
+    engine, bench = _bench(target)
     available = engine.availability()
     if not available.available:
-        yield CaseResult(case, TARGET, engine.name, None, available.reason, variant)
+        yield CaseResult(case, target, engine.name, None, available.reason, variant)
         return
     yield measure(case, variant, samples, seed, bench)
 
 
-def _bench() -> tuple[Engine, ClosureBench]:
-    engine = registry.engine_for(TARGET, registry.measures_closures)
+def _bench(target: str) -> tuple[Engine, ClosureBench]:
+    engine = registry.engine_for(target, registry.measures_closures)
     if engine is None or engine.bench is None:
-        msg = f"no engine runs {TARGET}"
+        msg = f"no engine runs {target}"
         raise ValueError(msg)
     return engine, engine.bench
 
@@ -113,7 +117,7 @@ def _functions(case: Case, variant: str, samples: int, seed: int, bench: Closure
         program = compile_function(bench, name, points.properties, case.retroreflective)
         found = program.emitted(_function_inputs(points))
         comparison = compare(found, oracle.tolerance(), points)
-    return CaseResult(case, TARGET, bench.name, comparison, None, variant)
+    return CaseResult(case, bench.target, bench.name, comparison, None, variant)
 
 
 def _surface(case: Case, origin: Origin) -> Surface:
@@ -178,7 +182,7 @@ def _closures(
         tolerance = expected(case, points, oracle.tolerance(), library.document)
     if case.node == WEIGHT_NODE:
         tolerance = Tolerance(tolerance.expected, tolerance.allowed + bench.smallest_weight / np.pi)
-    return CaseResult(case, TARGET, bench.name, compare(found, tolerance, points), None, variant)
+    return CaseResult(case, bench.target, bench.name, compare(found, tolerance, points), None, variant)
 
 
 def _parts(case: NewCase, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
@@ -200,13 +204,13 @@ def _parts(case: NewCase, variant: str, samples: int, seed: int, bench: ClosureB
     for share, part in ((1.0 - amount, ordinary), (amount, retroreflective)):
         allowed = allowed + np.where(share * weight * _LEAST_REFLECTANCE <= bench.smallest_weight, share * part, 0.0)
     comparison = compare(found, Tolerance(sums, allowed), points)
-    return CaseResult(case, TARGET, bench.name, comparison, None, variant)
+    return CaseResult(case, bench.target, bench.name, comparison, None, variant)
 
 
 def _compiled(
     bench: ClosureBench, document: mx.Document, library: DataLibrary, mode: OslMode = OslMode.ALIGNED
 ) -> ClosureProgram:
-    source = generate(renderable_elements(document)[0], TARGET, library, mode).sources["pixel"]
+    source = generate(renderable_elements(document)[0], bench.target, library, mode).sources["pixel"]
     return bench.compile(source, "case")
 
 
@@ -299,4 +303,5 @@ def _turned(v: Array, l: Array, axis: Array) -> Array:
 
 def _aligned(case: Case, variant: str, samples: int, seed: int, bench: ClosureBench) -> CaseResult:
     del samples, seed  # a quadrature, not a sample
-    return CaseResult(case, TARGET, bench.name, None, None, variant, tuple(measure_aligned(bench, Sky(case.node))))
+    figures = tuple(measure_aligned(bench, Sky(case.node)))
+    return CaseResult(case, bench.target, bench.name, None, None, variant, figures)

@@ -75,7 +75,7 @@ def render(
     refuse_excess((name for _, name in filenames(element.getDocument())), reach)
     rename_files(element.getDocument(), lambda name: str(reach.resolve(name) or ""))
     shaders = [
-        generate(document.getDescendant(element.getNamePath()), "osl", library, mode)
+        generate(document.getDescendant(element.getNamePath()), tracer.target, library, mode)
         for document in picture.versions(element.getDocument(), options)
     ]
     compiled = [tracer.compile(shader) for shader in shaders]

@@ -19,6 +19,7 @@ from mrm_mtlx.shadergen.targets import (
     Target,
     all_targets,
     available_targets,
+    closure_targets,
     suffixes_of,
 )
 
@@ -36,6 +37,7 @@ __all__ = [
     "Target",
     "all_targets",
     "available_targets",
+    "closure_targets",
     "generate",
     "header_folder",
     "renderable_elements",

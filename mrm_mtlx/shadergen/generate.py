@@ -134,7 +134,7 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
     if not sources["pixel"].strip():
         msg = "MaterialX returned an empty shader"
         raise GenerationError(msg)
-    if target.name == "osl":
+    if target.closures:
         sources["pixel"] = osl_mode.definition + sources["pixel"]
     stage = shader.getStage("pixel")
     return Shader(target.name, name, sources, _uniforms(stage), *_inputs(stage, generator, target))

@@ -22,6 +22,9 @@ class Target:
         True for the GLSL family: rasterising shaders with a light loop, which share the `genglsl` implementations.
     suffixes
         File suffix per stage; targets without a vertex stage have a pixel stage alone.
+    closures
+        True for renderers that evaluate closures themselves: the node library makes a retroreflective lobe there in one
+        of the ways of `OslMode`.
     flag_module
         Where the lobes are in a module that the host has: a pattern of the module's version in the source, and the
         first version that honours the retroreflective flag. None where the source has its lobes itself.
@@ -32,6 +35,7 @@ class Target:
     generator: str
     hardware: bool
     suffixes: dict[str, str]
+    closures: bool = False
     flag_module: tuple[str, int] | None = None
 
     def create(self) -> Any:
@@ -62,14 +66,14 @@ TARGETS: dict[str, Target] = {
         _hardware("msl", "PyMaterialXGenMsl", "MslShaderGenerator", ".metal"),
         Target("slang", "PyMaterialXGenSlang", "SlangShaderGenerator", True, {"pixel": ".slang"}),
         _hardware("wgsl", "PyMaterialXGenGlsl", "WgslShaderGenerator", ".wgsl.glsl"),
-        Target("osl", "PyMaterialXGenOsl", "OslShaderGenerator", False, {"pixel": ".osl"}),
+        Target("osl", "PyMaterialXGenOsl", "OslShaderGenerator", False, {"pixel": ".osl"}, closures=True),
         Target(
             "mdl",
             "PyMaterialXGenMdl",
             "MdlShaderGenerator",
             False,
             {"pixel": ".mdl"},
-            (r"materialx::pbrlib_1_(\d+)", 11),
+            flag_module=(r"materialx::pbrlib_1_(\d+)", 11),
         ),
     )
 }
@@ -97,6 +101,11 @@ def suffixes_of(target: str) -> dict[str, str]:
 def all_targets() -> tuple[str, ...]:
     """Names of the targets that can be asked for: those that are available, and the hosts, which take their time."""
     return (*available_targets(), *HOST_TARGETS)
+
+
+def closure_targets() -> tuple[str, ...]:
+    """Names of the targets of closures, which have an `OslMode`."""
+    return tuple(name for name, target in TARGETS.items() if target.closures)
 
 
 @cache

@@ -15,7 +15,7 @@ from mrm_mtlx.findings.rules.optics import ALBEDO_BOUND, STEEP_DEGREES
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import GenerationError, MissingCodeError, generate
 from mrm_mtlx.validation.comparison import sampling
-from mrm_mtlx.validation.comparison.closures import compare_in_osl
+from mrm_mtlx.validation.comparison.closures import compare_closures
 from mrm_mtlx.validation.comparison.drawing import check_draws, judged
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.mending import mended_shaders
@@ -149,7 +149,7 @@ class ElementCheck:
             return compiled, []
         rng = sampling.generator(self._request.seed, f"{self._renderable.name} {target}")
         try:
-            found = compare_in_osl(self._element, self._library, self._request.samples, rng, engine.bench)
+            found = compare_closures(self._element, self._library, self._request.samples, rng, engine.bench)
         except EngineFailure as error:
             return refused(target, error, self._place)
         return (replace(compiled, reason=found), []) if isinstance(found, str) else judged(target, found, self._place)

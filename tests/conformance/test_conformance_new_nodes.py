@@ -58,7 +58,7 @@ def test_materialx_alone_has_no_such_cases(monkeypatch):
     from mrm_mtlx.conformance import osl
 
     planned: list[list[str]] = []
-    monkeypatch.setattr(osl, "steps", lambda todo, *_: planned.append([case.node for case in todo]) or [])
+    monkeypatch.setattr(osl, "steps", lambda _target, todo, *_: planned.append([case.node for case in todo]) or [])
     for origin in Origin:
         list(run(("osl",), 16, 0, origin))
     ours, theirs = planned

@@ -67,7 +67,7 @@ def test_every_variant_of_every_node_passes(small, node):
 
 
 def test_the_variants_are_those_that_the_library_has():
-    planned = [step.args[:2] for step in osl.steps(cases(), 16, 0, Origin.MRM)]
+    planned = [step.args[:2] for step in osl.steps("osl", cases(), 16, 0, Origin.MRM)]
     assert len(planned) == len(set(planned))
     for case in cases():
         variants = [variant for planned_case, variant in planned if planned_case == case]
@@ -79,7 +79,7 @@ def test_the_variants_are_those_that_the_library_has():
             expected.append("aligned")
         assert variants == expected, case.name
     # MaterialX's own has closures alone, with and without the flag.
-    upstream = [step.args[:2] for step in osl.steps(cases(), 16, 0, Origin.UPSTREAM)]
+    upstream = [step.args[:2] for step in osl.steps("osl", cases(), 16, 0, Origin.UPSTREAM)]
     assert upstream == [(case, "closures") for case in cases() if not case.film]
 
 
@@ -213,7 +213,7 @@ def changed(cycles, changed_library, monkeypatch: pytest.MonkeyPatch) -> Callabl
 
 def failing(case: Case, variant: str) -> bool:
     """Whether a variant of a case fails."""
-    (step,) = (step for step in osl.steps([case], SAMPLES, 0, Origin.MRM) if step.args[1] == variant)
+    (step,) = (step for step in osl.steps("osl", [case], SAMPLES, 0, Origin.MRM) if step.args[1] == variant)
     (result,) = step()
     assert result.status in ("pass", "fail")
     return result.status == "fail"

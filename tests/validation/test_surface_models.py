@@ -22,7 +22,7 @@ from mrm_mtlx.validation.checks.retroreflection import (
     retroreflecting_nodes,
 )
 from mrm_mtlx.validation.comparison import sampling
-from mrm_mtlx.validation.comparison.closures import compare_in_osl, sun_points
+from mrm_mtlx.validation.comparison.closures import compare_closures, sun_points
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.samples import draw
 from mrm_mtlx.validation.flag_use import ignores_flag
@@ -368,4 +368,4 @@ def test_in_cycles_it_is_the_unmodified_model_at_0_the_flag_in_its_base_at_1_and
 def test_in_cycles_a_metal_agrees_with_the_reference(cycles, library):
     document = document_of(GLTF, {"metallic": 1.0, "roughness": 0.5}, library, 1.0)
     rng = sampling.generator(0, "metal")
-    assert compare_in_osl(document.getNode("m"), library, 8 * 12 * 40, rng, osl.CYCLES.bench).passed
+    assert compare_closures(document.getNode("m"), library, 8 * 12 * 40, rng, osl.CYCLES.bench).passed

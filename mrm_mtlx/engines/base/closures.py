@@ -22,6 +22,8 @@ class ClosureBench(Protocol):
     ----------
     name
         That of its engine.
+    target
+        Name of the target whose source it takes.
     exact_mode
         The way in which the node library makes a retroreflective lobe that is exact in this renderer.
     narrowest_alpha
@@ -34,6 +36,7 @@ class ClosureBench(Protocol):
     """
 
     name: str
+    target: str
     exact_mode: OslMode
     narrowest_alpha: float
     smallest_weight: float

@@ -56,7 +56,12 @@ class Take:
 
 
 class PathTracer(Protocol):
-    """A renderer that traces paths through a scene whose mesh has a generated shader."""
+    """A renderer that traces paths through a scene whose mesh has a generated shader.
+
+    `target` is the name of the target whose source it takes.
+    """
+
+    target: str
 
     def compile(self, shader: Shader) -> Path:
         """Compile a shader for a mesh with texture coordinates; the compiled file, in the renderer's folder.

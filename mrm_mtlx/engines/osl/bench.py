@@ -33,8 +33,8 @@ class CyclesBench:
     smallest_weight = 1e-5
     geometry = frozenset({"Nworld", "Nobject", "Tworld", "Vworld"})
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, name: str, target: str) -> None:
+        self.name, self.target = name, target
 
     def compile(self, source: str, name: str, headers: Sequence[Path] = ()) -> CyclesProgram:
         """As `ClosureBench.compile`."""

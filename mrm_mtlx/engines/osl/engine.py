@@ -47,8 +47,8 @@ class Cycles(Engine):
     name = "cycles"
     use = "runs and renders OSL"
     targets = ("osl",)
-    bench = CyclesBench(name)
-    path_tracer = CyclesTracer()
+    bench = CyclesBench(name, *targets)
+    path_tracer = CyclesTracer(*targets)
 
     def availability(self) -> Availability:
         """As `Engine.availability`; the detail names the versions of Cycles and OSL."""

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 class CyclesTracer:
     """The path tracer; see `PathTracer`."""
 
+    def __init__(self, target: str) -> None:
+        self.target = target
+
     def compile(self, shader: Shader) -> Path:
         """As `PathTracer.compile`."""
         return compile_for_cycles(with_mesh_inputs(shader.sources["pixel"]), shader.name)

@@ -28,10 +28,10 @@ ANGLES_DEG = (0.05, 0.15, 0.4, 1.0, 2.5, 6.0, 12.0, 25.0, 45.0, 70.0, 100.0, 140
 _SHARE = 8
 
 
-def compare_in_osl(
+def compare_closures(
     element: Any, library: DataLibrary, samples: int, rng: np.random.Generator, bench: ClosureBench
 ) -> Comparison | str:
-    """Compare the direct light response of an element's OSL closures with the reference's, or say why not.
+    """Compare the direct light response of an element's closures on a bench with the reference's, or say why not.
 
     Where the flag is on, the lobe is made in the way of the library that is exact on the bench.
 
@@ -61,7 +61,7 @@ def compare_in_osl(
     points = sun_points(rng, -(-samples // (_SHARE * len(ANGLES_DEG))), lobes)
     together = ShadingPoints.joined(points)
     mode = bench.exact_mode if LobeKind.RETROREFLECTIVE in kinds else OslMode.ALIGNED
-    program = bench.compile(generate(element, "osl", library, mode).sources["pixel"], "document")
+    program = bench.compile(generate(element, bench.target, library, mode).sources["pixel"], "document")
     seen = replace(together, normal=bench.true_normals(together.normal).astype(float))
     found = program.direct_light_by_groups(together.normal, {}, [group.light for group in points])
     return compare(found, surface.tolerance(seen), seen)

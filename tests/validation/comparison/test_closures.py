@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines.osl import CYCLES
-from mrm_mtlx.validation.comparison.closures import compare_in_osl, sun_points
+from mrm_mtlx.validation.comparison.closures import compare_closures, sun_points
 from mrm_mtlx.validation.comparison.sampling import LobeShape, generator
 
 METAL = """
@@ -35,7 +35,7 @@ SAMPLES = 8 * 12 * 40
 @pytest.mark.parametrize("flag", ["false", "true"])
 def test_a_metal_compares_with_and_without_the_flag(cycles, surface_document, library, flag):
     document = surface_document(METAL.format(flag))
-    found = compare_in_osl(document.getNode("m"), library, SAMPLES, generator(0, flag), CYCLES.bench)
+    found = compare_closures(document.getNode("m"), library, SAMPLES, generator(0, flag), CYCLES.bench)
     assert found.passed
     assert found.samples == 12 * 40
 
@@ -44,13 +44,13 @@ def test_a_metal_compares_with_and_without_the_flag(cycles, surface_document, li
 def test_an_amount_at_its_ends_is_one_lobe_and_compares(cycles, surface_document, library, amount):
     # Without a weight, the retroreflective part makes no portal: the ordinary one is not approximated.
     document = surface_document(PARTIAL.format(amount))
-    assert compare_in_osl(document.getNode("m"), library, SAMPLES, generator(0, "partial"), CYCLES.bench).passed
+    assert compare_closures(document.getNode("m"), library, SAMPLES, generator(0, "partial"), CYCLES.bench).passed
 
 
 def test_a_wrong_input_of_the_closure_is_seen(cycles, surface_document, changed_library):
     wrong, _ = changed_library("genosl/mrm_conductor_bsdf.osl", "weight *", "0.99 * weight *")
     document = surface_document(METAL.format("false"), data=wrong)
-    assert not compare_in_osl(document.getNode("m"), wrong, SAMPLES, generator(0, "wrong"), CYCLES.bench).passed
+    assert not compare_closures(document.getNode("m"), wrong, SAMPLES, generator(0, "wrong"), CYCLES.bench).passed
 
 
 @pytest.mark.parametrize(
@@ -101,13 +101,13 @@ def test_a_wrong_input_of_the_closure_is_seen(cycles, surface_document, changed_
 )
 def test_what_is_not_compared_has_its_reason(surface_document, library, nodes, reason):
     document = surface_document(nodes)
-    assert compare_in_osl(document.getNode("m"), library, 512, generator(0, "reason"), CYCLES.bench) == reason
+    assert compare_closures(document.getNode("m"), library, 512, generator(0, "reason"), CYCLES.bench) == reason
 
 
 def test_a_layer_whose_top_is_off_is_its_base(cycles, surface_document, library):
     off = '<dielectric_bsdf name="top" type="BSDF"><input name="weight" type="float" value="0"/></dielectric_bsdf>'
     document = surface_document(LAYERED.replace('<dielectric_bsdf name="top" type="BSDF"/>', off))
-    assert compare_in_osl(document.getNode("m"), library, SAMPLES, generator(0, "off"), CYCLES.bench).passed
+    assert compare_closures(document.getNode("m"), library, SAMPLES, generator(0, "off"), CYCLES.bench).passed
 
 
 def test_suns_stand_at_their_angles_above_every_facet(rng):
