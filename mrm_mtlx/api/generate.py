@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.shadergen import Shader
 
+# The precision of floats in ESSL.
+EsslPrecisionName: TypeAlias = Literal["highp", "stated"]
 # How OSL makes a retroreflective lobe; the names of shadergen.OslMode.
 OslModeName: TypeAlias = Literal["aligned", "cycles", "keyword"]
 
@@ -71,6 +73,7 @@ def generate(
     osl_mode: OslModeName | None = None,
     self_contained: bool = False,
     script_node: bool = False,
+    essl_precision: EsslPrecisionName | None = None,
     library: LibraryName = "mrm",
     root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
@@ -93,6 +96,9 @@ def generate(
         OSL with MaterialX's headers in it, for hosts that have none of them.
     script_node
         Self-contained OSL for Blender's Script node, whose sockets are the inputs that the document sets.
+    essl_precision
+        With that target, the precision of floats: "highp", also where MaterialX (before 1.39.5) states mediump, or
+        "stated", as it does. Default: highp. A finding says where it states mediump.
     library
         Whose implementation of the flag: this project's or MaterialX's ("upstream").
     root
@@ -113,18 +119,25 @@ def generate(
 
     check_targets([target])
     check_choice("osl_mode", osl_mode, tuple(OslMode))
+    check_choice("essl_precision", essl_precision, get_args(EsslPrecisionName))
     if target not in closure_targets():
         forms = {"osl_mode": osl_mode, "self_contained": self_contained, "script_node": script_node}
         refuse(forms, f"only with `target` {' or '.join(closure_targets())}")
+    if target != "essl":
+        refuse({"essl_precision": essl_precision}, "only with `target` essl")
     opened = open_document(path, element=element, library=library, root=root, listener=listener)
     mode = OslMode(osl_mode or "aligned")
     shaders: dict[str, Shader] = {}
+    findings: list[Finding] = []
     for name in opened.elements:
         try:
             shader = generate_shader(opened.element(name), target, opened.library, mode)
-            shaders[name] = _in_form(opened.element(name), shader, self_contained, script_node)
+            shader = _in_form(opened.element(name), shader, self_contained, script_node)
         except GenerationError as error:
             raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
+        shaders[name], found = _precise(shader, essl_precision or "highp")
+        findings += [opened.source.in_source(rules.UPSTREAM_DEVIATION.at(f"/{name}", message)) for message in found]
+    listener.findings(findings)
     files = {
         f"{name.replace('/', '_')}{suffix}": shader.sources[stage]
         for name, shader in shaders.items()
@@ -133,7 +146,20 @@ def generate(
     if output is not None:
         for file in _write(files, Path(output), "output"):
             listener.wrote(file)
-    return GeneratedSource(target, shaders, files, opened.findings)
+    return GeneratedSource(target, shaders, files, (*opened.findings, *findings))
+
+
+def _precise(shader: Shader, precision: EsslPrecisionName) -> tuple[Shader, list[str]]:
+    """The shader with its floats in a precision, and what is to be said of it."""
+    from mrm_mtlx.library import materialx_version
+    from mrm_mtlx.shadergen.precision import states_mediump, with_highp
+
+    if not states_mediump(shader):
+        return shader, []
+    states = f"essl: MaterialX {materialx_version()} states mediump of floats (mediump-floats)"
+    if precision == "stated":
+        return shader, [f"{states}, in which a driver may have 16 bits: no narrow lobe is left of them"]
+    return with_highp(shader), [f"{states}; here they are highp, where a host that generates has mediump"]
 
 
 def check_targets(names: str | Sequence[str], allowed: Sequence[str] | None = None) -> tuple[str, ...]:

@@ -21,6 +21,9 @@ class Deviation(Enum):
     `LOWP_SAMPLERS`: samplers of generated ESSL have the language's default precision, lowp, so that colours of images
     may be off by 2^-8 (GLSL ES 3.00, section 4.5.4).
 
+    `MEDIUMP_FLOATS`: floats of generated ESSL are mediump before MaterialX 1.39.5, of which a driver may take 16 bits;
+    no narrow lobe is left then, and most give NaN.
+
     `MEDIUMP_INTEGERS`: integers of generated ESSL have the language's default precision, mediump, and may have 16 bits
     where the hash of every noise needs 32.
 
@@ -40,7 +43,21 @@ class Deviation(Enum):
 
     `UNMIXED_ZERO`: `burn` and `dodge` give 0 where they would divide by 0, also where their `mix` hides the effect.
 
-    `HAIR_CONSTANTS`: hair is divided by pi once too often, and its residual lobe has pi / 2 for 1 / (2 pi).
+    `HAIR_CONSTANTS`: hair is divided by pi once too often and, to MaterialX 1.39.5, its residual lobe has pi / 2 for
+    1 / (2 pi).
+
+    `COMBINED_THROUGHPUT`: what lies below a sum of BSDFs, a product or a layer stack is too bright in MaterialX 1.39.3,
+    and too dark before; below a BSDF over a medium, too bright in 1.39.3 and 1.39.4.
+
+    `IGNORED_MEDIA`: volumes absorb nothing before MaterialX 1.39.5.
+
+    `VERTICAL_RAMPS`: `ramptb` and `splittb` are upside down before MaterialX 1.39.5.
+
+    `HSV_ALPHA`: before MaterialX 1.39.5, `rgbtohsv` and `hsvtorgb` of four channels have an alpha of 1.
+
+    `HEXTILE_ALPHA`: before MaterialX 1.39.5, the alpha of `hextiledimage` is the mean of that of its three tiles.
+
+    `BLACK_BOOLEANS`: an output of type boolean is black before MaterialX 1.39.5.
 
     `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
     space of the file that defines it.
@@ -48,6 +65,7 @@ class Deviation(Enum):
 
     PREMULTIPLIED_MIX = "premultiplied-mix"
     LOWP_SAMPLERS = "lowp-samplers"
+    MEDIUMP_FLOATS = "mediump-floats"
     MEDIUMP_INTEGERS = "mediump-integers"
     SHARED_NAMES = "shared-names"
     INTERFACE_COLOR_SPACE = "interface-color-space"
@@ -57,4 +75,10 @@ class Deviation(Enum):
     SIX_DECIMALS = "six-decimals"
     UNMIXED_ZERO = "unmixed-zero"
     HAIR_CONSTANTS = "hair-constants"
+    COMBINED_THROUGHPUT = "combined-throughput"
+    IGNORED_MEDIA = "ignored-media"
+    VERTICAL_RAMPS = "vertical-ramps"
+    HSV_ALPHA = "hsv-alpha"
+    HEXTILE_ALPHA = "hextile-alpha"
+    BLACK_BOOLEANS = "black-booleans"
     DEFAULT_COLORS = "default-colors"

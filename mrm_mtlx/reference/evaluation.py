@@ -195,9 +195,8 @@ class Evaluation(State):
         """The number as the shader holds it: in float32; one inside of a graph is written into the source."""
         if scope.node is not None or scope.values:
             six = np.array([float(f"{x:.6f}") for x in number.flat]).reshape(number.shape).astype(np.float32)
-            if np.any(six != number):
-                self.met.add(Deviation.SIX_DECIMALS)
-                number = six if Deviation.SIX_DECIMALS in self.deviations else number
+            if np.any(six != number) and self.deviates(Deviation.SIX_DECIMALS):
+                number = six
         return number.astype(float)
 
     def _is_taken_as_it_is(self, element: Any) -> bool:
@@ -206,8 +205,7 @@ class Evaluation(State):
             return False
         if color_transform(element.getDocument(), element.getActiveColorSpace()) is None:
             return False
-        self.met.add(Deviation.DEFAULT_COLORS)
-        return Deviation.DEFAULT_COLORS in self.deviations
+        return self.deviates(Deviation.DEFAULT_COLORS)
 
 
 def _has_closures(definition: Any) -> bool:

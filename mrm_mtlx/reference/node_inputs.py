@@ -112,8 +112,7 @@ class NodeInputs:
         return definition is not None and definition.getActiveInput("weight") is not None
 
     def deviates(self, deviation: Deviation) -> bool:
-        self.state.met.add(deviation)
-        return deviation in self.state.deviations
+        return self.state.deviates(deviation)
 
     def note(self, facets: Facets) -> None:
         self.state.lobes.append(facets)

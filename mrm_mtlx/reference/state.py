@@ -99,6 +99,13 @@ class State:
         self._numbers += 1
         return value * (1.0 + by.step * value_sign(by.values, self._numbers))
 
+    def deviates(self, deviation: Deviation) -> bool:
+        """True if the evaluation is to deviate from the specification so; that it can is noted, if the version does."""
+        if deviation not in self.light.numbers.deviations:
+            return False
+        self.met.add(deviation)
+        return deviation in self.deviations
+
     def settle(self, key: tuple[str, str, int], value: Array) -> Array:
         """A discrete result; see `Discrete`."""
         if value.ndim == 0 or value.shape[-1] == 1:

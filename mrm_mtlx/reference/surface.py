@@ -243,6 +243,8 @@ class Surface:
     def _result(self, evaluation: Evaluation) -> Array:
         """The colour that is shown, shape (samples, channels)."""
         color = displayed(self._value(evaluation), self._kind)
+        if self._kind == "boolean" and evaluation.deviates(Deviation.BLACK_BOOLEANS):
+            color = np.zeros_like(color)
         return np.ascontiguousarray(np.broadcast_to(color, (len(color), len(evaluation.points))).T)
 
     def _value(self, evaluation: Evaluation) -> Value | None:
@@ -256,8 +258,7 @@ class Surface:
         node = None if self._root is None else self._root[0]
         if node is None or node.getType() != "material" or node.getCategory() == "surfacematerial":
             return False
-        evaluation.met.add(Deviation.BLACK_MATERIALS)
-        return Deviation.BLACK_MATERIALS in evaluation.deviations
+        return evaluation.deviates(Deviation.BLACK_MATERIALS)
 
 
 def _arrays(value: Any) -> list[Array]:

@@ -46,6 +46,9 @@ class Sampling:
     read: int = 4
 
 
+# The host's images of the environment, as generated code names them.
+ENVIRONMENT = ("u_envRadiance", "u_envIrradiance")
+
 # Components of the types that image functions give.
 _COMPONENTS = {"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}
 
@@ -58,9 +61,12 @@ _GIVEN, _TRANSFORMED = "_cm_in", "_cm_out"
 
 
 def samplings(shader: Shader) -> dict[str, Sampling]:
-    """The lookup of each file uniform of a GLSL shader, by variable name; of several, the first."""
+    """The lookup of each file uniform of a GLSL shader, by variable name; of several, the first.
+
+    The host's images of the environment are not among them; some versions of MaterialX have them in unlit shaders too.
+    """
     functions = {m[1]: _Function(*_parameters(m[2]), m[3]) for m in _FUNCTION.finditer(shader.sources["pixel"])}
-    files = [port.variable for port in shader.uniforms if port.type == "filename"]
+    files = [port.variable for port in shader.uniforms if port.type == "filename" and port.variable not in ENVIRONMENT]
     known = {port.variable: port.value for port in shader.uniforms if port.type != "filename"}
     found: dict[str, Sampling] = {}
     for file, sampling in _lookups("main", functions, known | {name: _File(name) for name in files}, set()):

@@ -8,6 +8,7 @@ import numpy as np
 
 from mrm_mtlx.reference.closures.light import Closure
 from mrm_mtlx.reference.models import NOTHING, Contents, Feature, Model
+from mrm_mtlx.reference.versions.combination import SPECIFIED, Throughputs
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 _LAYER = Contents(features=frozenset({Feature.LAYER}))
 
 
-def layer(top: Closure, base: Closure, model: Model = Model.HARDWARE) -> Closure:
+def layer(top: Closure, base: Closure, model: Model = Model.HARDWARE, throughputs: Throughputs = SPECIFIED) -> Closure:
     """Albedo scaling: the base is seen through what the top lets pass.
 
     Renderers of OSL scale by albedos of their own, so that only a top that is not there is the same with them.
@@ -23,13 +24,17 @@ def layer(top: Closure, base: Closure, model: Model = Model.HARDWARE) -> Closure
     contents = top.contents | base.contents
     if model is Model.CLOSURES and np.any(top.throughput != 1.0):
         contents |= _LAYER
-    return Closure(top.response + base.response * top.throughput, top.throughput * base.throughput, contents)
+    throughput = throughputs.layered(top.throughput, base.throughput)
+    return Closure(top.response + base.response * top.throughput, throughput, contents)
 
 
-def layer_medium(top: Closure, medium: Closure, model: Model = Model.HARDWARE) -> Closure:
+def layer_medium(
+    top: Closure, medium: Closure, model: Model = Model.HARDWARE, throughputs: Throughputs = SPECIFIED
+) -> Closure:
     """A BSDF over the medium below its surface, which dims what comes through."""
     contents = top.contents | _LAYER if model is Model.CLOSURES else top.contents
-    return Closure(top.response * medium.throughput, top.throughput * medium.throughput, contents)
+    throughput = throughputs.over_medium(top.throughput, medium.throughput)
+    return Closure(top.response * medium.throughput, throughput, contents)
 
 
 def mix(foreground: Closure, background: Closure, amount: Array) -> Closure:
@@ -60,16 +65,16 @@ def _premultiplied(closure: Closure, amount: Array, weighted: bool) -> Closure:
     return Closure(closure.response * weight, np.asarray(dimmed), _seen(closure, weight))
 
 
-def add(first: Closure, second: Closure) -> Closure:
-    """The sum of two BSDFs; their albedos add, so the throughput is t1 + t2 - 1, not below 0."""
-    throughput = np.maximum(first.throughput + second.throughput - 1.0, 0.0)
+def add(first: Closure, second: Closure, throughputs: Throughputs = SPECIFIED) -> Closure:
+    """The sum of two BSDFs; their albedos add."""
+    throughput = throughputs.added(first.throughput, second.throughput)
     return Closure(first.response + second.response, throughput, first.contents | second.contents)
 
 
-def multiply(closure: Closure, factor: Array) -> Closure:
+def multiply(closure: Closure, factor: Array, throughputs: Throughputs = SPECIFIED) -> Closure:
     """The response times a factor, clamped to [0, 1]; the throughput stays."""
     tint = np.clip(factor, 0.0, 1.0)
-    return Closure(closure.response * tint, closure.throughput, _seen(closure, tint))
+    return Closure(closure.response * tint, throughputs.multiplied(closure.throughput, tint), _seen(closure, tint))
 
 
 def _seen(closure: Closure, amount: Array) -> Contents:

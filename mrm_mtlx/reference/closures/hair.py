@@ -31,8 +31,8 @@ from mrm_mtlx.reference.float32.rounding import ROUNDING_FACTOR, SMALLEST, UNIT,
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
 
-# The azimuthal constant of the rest lobe, and what MaterialX's code writes for it, 1.0 / 2.0 * pi.
-_REST_AZIMUTHAL, _REST_AS_WRITTEN = 0.5 / np.pi, 0.5 * np.pi
+# The azimuthal constant of the rest lobe.
+_REST_AZIMUTHAL = 0.5 / np.pi
 # How many times the cuticle's tilt shifts the paths R, TT and TRT.
 _TILTS = (2.0, -1.0, -4.0)
 _LEAST_ROUGHNESS = 0.001
@@ -91,7 +91,8 @@ def chiang_hair(light: Light, fibre: Fibre) -> Closure:
         return opaque(dielectric(light, facets, np.ones((3, 1)), fibre.ior).response * tint)
     at = _geometry(light, fibre)
     # Each path on its own, so that what one loses by an error does not hide what another gains.
-    paths = (widened(partial(_path, at, fibre, path), **_errors(light, at, fibre, path)) for path in range(4))
+    rest = light.numbers.hair_rest_azimuthal if fibre.as_written else _REST_AZIMUTHAL
+    paths = (widened(partial(_path, at, fibre, path, rest), **_errors(light, at, fibre, path)) for path in range(4))
     return opaque(np.asarray(sum(paths) / (np.pi if fibre.as_written else 1.0)))
 
 
@@ -130,6 +131,7 @@ def _path(
     at: _Geometry,
     fibre: Fibre,
     path: int,
+    rest_azimuthal: float,
     *,
     cos2_o: float = 0.0,
     cos2_i: float = 0.0,
@@ -161,8 +163,7 @@ def _path(
     shifted = _shifted(path, at.sin_i, cos_i, fibre.cuticle_angle, sine, cosine)
     along = _longitudinal(shifted, (at.sin_o, cos_o), variance, exponent, switch, exponentials)
     if path == 3:
-        rest = _REST_AS_WRITTEN if fibre.as_written else _REST_AZIMUTHAL
-        return np.asarray(along * rest * tint * share + 3.0 * flushed)
+        return np.asarray(along * rest_azimuthal * tint * share + 3.0 * flushed)
     # Of the exponential 3 + 2 x ulp, of its argument's division and constants four more per unit.
     apart, error = at.phi - _exit_azimuth(at, fibre.ior, path), exponentials * 6.0 * ULP
     about = _azimuthal(apart, scale, azimuth, error) + 2.0 * flushed / scale

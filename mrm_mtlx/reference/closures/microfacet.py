@@ -85,10 +85,14 @@ class Facets:
 
 @dataclass(frozen=True)
 class _Interface:
-    """An interface: `reflectance(v.m)`; `white(A, B)` its albedo from the two fitted factors; how it refracts."""
+    """An interface: `reflectance(v.m)`; `white(A, B)` its albedo from the two fitted factors; how it refracts.
+
+    `grazing` is what it is taken to reflect at grazing incidence.
+    """
 
     reflectance: Callable[[Array], Array]
     white: Callable[[Array, Array], Array]
+    grazing: Array | float = 1.0
     ior: Array | float = 1.5
     tint: Array | float = 1.0
 
@@ -118,7 +122,7 @@ def dielectric(light: Light, facets: Facets, tint: Array, ior: Array) -> Closure
         return seen + precision.amplitude_error(seen, c, ior) if light.perturbs(Quantity.REFLECTANCE) else seen
 
     f0, tint = fresnel.reflectance_at_normal(ior), np.maximum(tint, 0.0)
-    seen = _evaluate(light, facets, _Interface(reflectance, lambda a, b: a * f0 + b, ior, tint))
+    seen = _evaluate(light, facets, _Interface(reflectance, lambda a, b: a * f0 + b, ior=ior, tint=tint))
     return replace(seen, response=seen.response * (1.0 if light.mode is Mode.TRANSMISSION else tint))
 
 
@@ -153,8 +157,9 @@ def generalized_schlick(
     def white(a: Array, b: Array) -> Array:
         return a * color0 + b * color90
 
+    grazing = np.where(facets.thinfilm_thickness > 0.0, 1.0, color90)
     # The index for refraction is that of the mean colour.
-    interface = _Interface(reflectance, white, fresnel.schlick_ior(np.mean(color0, axis=0)))
+    interface = _Interface(reflectance, white, grazing, fresnel.schlick_ior(np.mean(color0, axis=0)))
     seen = _evaluate(light, facets, interface, grey=True)
     # OSL's closure has no such parameter.
     tinted = light.model is Model.CLOSURES and not facets.off and np.any(color82 != 1.0)
@@ -193,7 +198,8 @@ def _evaluate(light: Light, facets: Facets, interface: _Interface, *, grey: bool
     f = light.kept("reflectance", lambda: reflectance(cos_m))
     if light.perturbs(Quantity.ALBEDO) and light.model is Model.HARDWARE:
         a = a + UNIT * albedo.condition(cos_v, mean_alpha)
-    gain = compensation(f, a + b) if light.model is Model.HARDWARE else 1.0
+    mean = light.numbers.mean_reflectance(f, lambda: reflectance(np.ones_like(cos_m)), interface.grazing)
+    gain = compensation(mean, a + b) if light.model is Model.HARDWARE else 1.0
     match light.mode:
         case Mode.REFLECTION:
             response = f * gain * lobe

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.float32.function_errors import displaced, summed
 from mrm_mtlx.reference.float32.rounding import UNIT
 from mrm_mtlx.reference.nodes.tables import CHANNELS, WITH_FLOAT, define, vector
@@ -46,7 +47,8 @@ def _hsv(inputs: Inputs, in_: Array) -> Array:
     # Moved towards 0, across which it jumps to 1.
     hue = displaced(inputs, hue, np.where(colored, -np.copysign(UNIT * size / (3.0 * span), hue), 0.0))
     saturation = displaced(inputs, chroma / top, np.where(colored, UNIT * size / top, 0.0))
-    return vector(hue + inputs.discrete(np.less(hue, 0.0)), np.where(colored, saturation, 0.0), high, *in_[3:])
+    hue = hue + inputs.discrete(np.less(hue, 0.0))
+    return vector(hue, np.where(colored, saturation, 0.0), high, *_alpha(inputs, in_))
 
 
 def _rgb(inputs: Inputs, in_: Array) -> Array:
@@ -56,7 +58,13 @@ def _rgb(inputs: Inputs, in_: Array) -> Array:
     away = ((6.0 * hue + start) % 6.0 for start in (5.0, 3.0, 1.0))  # from where the channel begins to fade, in sixths
     channels = vector(*(value * (1.0 - saturation * np.clip(np.minimum(a, 4.0 - a), 0.0, 1.0)) for a in away))
     error = UNIT * np.abs(value) * (1.0 + np.abs(saturation) * (1.0 + 6.0 * np.abs(hue)))
-    return vector(*displaced(inputs, channels, error), *in_[3:])
+    return vector(*displaced(inputs, channels, error), *_alpha(inputs, in_))
+
+
+def _alpha(inputs: Inputs, in_: Array) -> Array:
+    """The fourth channel of a colour that has one, which stays."""
+    lost = len(in_) > 3 and inputs.deviates(Deviation.HSV_ALPHA)
+    return np.ones_like(in_[3:]) if lost else in_[3:]
 
 
 _OF_COLORS: Table = {

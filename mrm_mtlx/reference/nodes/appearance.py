@@ -65,14 +65,14 @@ _LOCUS_Y = np.array(
 )
 _LOCUS_PARTS = 2222.0, 4000.0
 _LOCUS_SLOPE = 2.2  # y changes by at most so many times the change of x
-_BLACKBODY_RANGE = 800.0, 25000.0
+_HOTTEST = 25000.0
 _XYZ_TO_RGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 
 
 @node("ND_blackbody")
 def _blackbody(inputs: Inputs) -> Value:
     """Colour of a black body at a temperature [K], of luminance 1; negative channels are 0."""
-    kelvin = np.clip(inputs.array("temperature"), *_BLACKBODY_RANGE)
+    kelvin = np.clip(inputs.array("temperature"), inputs.light.numbers.blackbody_lowest, _HOTTEST)
     # Which cubic: 0 below 2222 K, 1 below 4000 K, 2 above.
     part = inputs.discrete(np.asarray(np.digitize(kelvin, _LOCUS_PARTS), dtype=float))
     rounding = _functions(inputs) * UNIT

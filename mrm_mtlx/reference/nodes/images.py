@@ -11,6 +11,7 @@ import numpy as np
 
 from mrm_mtlx.documents.images import ADDRESS_MODES
 from mrm_mtlx.reference.closures.light import unit
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.float32.precision import widened
 from mrm_mtlx.reference.float32.rounding import RANGE, Quantity
 from mrm_mtlx.reference.nodes.registry import node
@@ -93,7 +94,10 @@ def _hextiled_image(inputs: Inputs) -> Value:
         color: Array = np.sum(shown[:, :3] * shares[:, None], axis=0)
         if shown.shape[1] == 3:
             return color
-        alpha = np.sum(shown[:, 3] * hextile.blend_weights(np.ones(1), tiles.weights, falloff), axis=0)
+        if inputs.deviates(Deviation.HEXTILE_ALPHA):
+            alpha = hextile.gain(np.mean(shown[:, 3], axis=0), falloff)
+        else:
+            alpha = np.sum(shown[:, 3] * hextile.blend_weights(np.ones(1), tiles.weights, falloff), axis=0)
         return np.concatenate([color, alpha[None]])
 
     # The channels of one tile may be off together, its luminance by other ones.

@@ -11,9 +11,11 @@ from mrm_mtlx.reference.closures import Facets
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.models import NOTHING, Contents, Feature
 from mrm_mtlx.reference.nodes.registry import ShaderValue, node
+from mrm_mtlx.reference.versions.combination import SPECIFIED
 
 if TYPE_CHECKING:
     from mrm_mtlx.reference.nodes.registry import Inputs, Value
+    from mrm_mtlx.reference.versions.combination import Throughputs
 
 
 def _facets(inputs: Inputs, *, scatters: bool) -> Facets:
@@ -102,17 +104,20 @@ def _hair(inputs: Inputs) -> Value:
 @node("ND_anisotropic_vdf")
 def _medium(inputs: Inputs) -> Value:
     """The hardware targets ignore how much it scatters, and in which directions."""
+    if inputs.deviates(Deviation.IGNORED_MEDIA):
+        return closures.nothing()
     return closures.absorbing(inputs.light, inputs.array("absorption"))
 
 
 @node("ND_layer_bsdf")
 def _layer(inputs: Inputs) -> Value:
-    return closures.layer(inputs.closure("top"), inputs.closure("base"), inputs.light.model)
+    return closures.layer(inputs.closure("top"), inputs.closure("base"), inputs.light.model, _throughputs(inputs))
 
 
 @node("ND_layer_vdf")
 def _layer_medium(inputs: Inputs) -> Value:
-    return closures.layer_medium(inputs.closure("top"), inputs.closure("base"), inputs.light.model)
+    top, medium = inputs.closure("top"), inputs.closure("base")
+    return closures.layer_medium(top, medium, inputs.light.model, _throughputs(inputs))
 
 
 @node("ND_mix_bsdf")
@@ -130,12 +135,17 @@ def _mix(inputs: Inputs) -> Value:
 
 @node("ND_add_bsdf")
 def _add(inputs: Inputs) -> Value:
-    return closures.add(inputs.closure("in1"), inputs.closure("in2"))
+    return closures.add(inputs.closure("in1"), inputs.closure("in2"), _throughputs(inputs))
 
 
 @node("ND_multiply_bsdfF", "ND_multiply_bsdfC")
 def _multiply(inputs: Inputs) -> Value:
-    return closures.multiply(inputs.closure("in1"), inputs.array("in2"))
+    return closures.multiply(inputs.closure("in1"), inputs.array("in2"), _throughputs(inputs))
+
+
+def _throughputs(inputs: Inputs) -> Throughputs:
+    """How throughputs are combined: as specified, or as the version's shaders do where that is asked for."""
+    return inputs.light.numbers.throughputs if inputs.deviates(Deviation.COMBINED_THROUGHPUT) else SPECIFIED
 
 
 @node("ND_surface")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.float32.function_errors import mixed
 from mrm_mtlx.reference.nodes.tables import CHANNELS, define
 
@@ -24,10 +25,17 @@ def _split(inputs: Inputs, below: Array, above: Array, center: Array, t: Array) 
     return mixed(inputs, below, above, np.where(inputs.discrete(np.greater_equal(t, center)), 1.0, 0.0))
 
 
+def _vertical(inputs: Inputs, top: Array, bottom: Array) -> tuple[Array, Array]:
+    """The values at 0 and at 1."""
+    return (top, bottom) if inputs.deviates(Deviation.VERTICAL_RAMPS) else (bottom, top)
+
+
 _RAMPS: Table = {
     "ramplr": lambda inputs, valuel, valuer, texcoord: _ramp(inputs, valuel, valuer, texcoord[0]),
-    "ramptb": lambda inputs, valuet, valueb, texcoord: _ramp(inputs, valueb, valuet, texcoord[1]),
+    "ramptb": lambda inputs, valuet, valueb, texcoord: _ramp(inputs, *_vertical(inputs, valuet, valueb), texcoord[1]),
     "splitlr": lambda inputs, valuel, valuer, center, texcoord: _split(inputs, valuel, valuer, center, texcoord[0]),
-    "splittb": lambda inputs, valuet, valueb, center, texcoord: _split(inputs, valueb, valuet, center, texcoord[1]),
+    "splittb": lambda inputs, valuet, valueb, center, texcoord: _split(
+        inputs, *_vertical(inputs, valuet, valueb), center, texcoord[1]
+    ),
 }
 define(_RAMPS, CHANNELS)

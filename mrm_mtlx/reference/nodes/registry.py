@@ -121,7 +121,7 @@ class Inputs(Protocol):
         ...
 
     def deviates(self, deviation: Deviation) -> bool:
-        """True if the node is to deviate from the specification so; that it can is noted."""
+        """True if the node is to deviate from the specification so; that it can is noted, if the version does."""
         ...
 
     def note(self, facets: Facets) -> None:

@@ -200,11 +200,11 @@ WEIGHT_ERROR = SHARPNESS * 2.0**-21
 def blend_weights(luminance: Array, weights: Array, falloff: Array) -> Array:
     """Shares of the tiles, which add up to 1, from the luminance of what each shows and the tiles' own weights."""
     shares = luminance * weights
-    shares = _gain(shares / np.sum(shares, axis=0), falloff)
+    shares = gain(shares / np.sum(shares, axis=0), falloff)
     return np.asarray(shares / np.sum(shares, axis=0))
 
 
-def _gain(x: Array, falloff: Array) -> Array:
+def gain(x: Array, falloff: Array) -> Array:
     """Schlick 1994, "Fast Alternatives to Perlin's Bias and Gain Functions": for a falloff of 0.5 the identity."""
     bend = (1.0 / np.clip(falloff, 0.001, 0.999) - 2.0) * (1.0 - 2.0 * x)
     return np.where(x < 0.5, x / (bend + 1.0), (bend - x) / (bend - 1.0))

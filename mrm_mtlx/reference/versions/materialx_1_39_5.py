@@ -3,8 +3,26 @@
 In `libraries/pbrlib/genglsl/lib`: mx_microfacet_specular.glsl, mx_microfacet_sheen.glsl, mx_microfacet_diffuse.glsl.
 """
 
+import numpy as np
+
+from mrm_mtlx.reference.deviations import Deviation
+from mrm_mtlx.reference.versions.combination import SPECIFIED
 from mrm_mtlx.reference.versions.fits import BurleyAlbedo, ClothCosine, FibreAlbedo, MicrofacetAlbedo, OrenNayarAlbedo
+from mrm_mtlx.reference.versions.fresnel_average import of_the_facet
 from mrm_mtlx.reference.versions.numbers import Numbers
+
+# Deviations that earlier versions have.
+MENDED = frozenset(
+    {
+        Deviation.MEDIUMP_FLOATS,
+        Deviation.COMBINED_THROUGHPUT,
+        Deviation.IGNORED_MEDIA,
+        Deviation.VERTICAL_RAMPS,
+        Deviation.HSV_ALPHA,
+        Deviation.HEXTILE_ALPHA,
+        Deviation.BLACK_BOOLEANS,
+    }
+)
 
 NUMBERS = Numbers(
     microfacet_albedo=MicrofacetAlbedo(
@@ -35,4 +53,9 @@ NUMBERS = Numbers(
     oren_nayar_albedo=OrenNayarAlbedo(above=(-0.4297, -0.7632, 1.4385), below=(-0.6076, -0.4993, 2.0315)),
     # A curve fit by Stephen Hill.
     burley_albedo=BurleyAlbedo(smooth=(0.97619, -0.488095), rough=(1.55754, -2.02221, 2.56283, -1.06244)),
+    mean_reflectance=of_the_facet,
+    throughputs=SPECIFIED,
+    hair_rest_azimuthal=0.5 * np.pi,  # written 1.0 / 2.0 * pi
+    blackbody_lowest=800.0,
+    deviations=frozenset(Deviation) - MENDED,
 )

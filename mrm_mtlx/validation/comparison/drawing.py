@@ -109,39 +109,51 @@ def _check(
     mended: Mended,
     place: str,
 ) -> tuple[TargetResult, list[Finding]]:
-    target, count = shader.target, sum(len(colors) for colors in found)
-    bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
-    if bad:
+    target, count = shader.target, sum(map(len, found))
+    broken = _not_finite(found)
+    if expectation.reason and not broken:
+        return TargetResult(Stage.COMPILE, Status.SKIP, expectation.reason, samples=count), []
+    verdict = None if broken else expectation.compare(found)
+    if (verdict is None or not verdict.comparison.passed) and not expectation.reason:
+        verdict = _explained(engine, verdict, mended(shader), images, expectation, uniforms)
+    if verdict is None:
         node = expectation.not_finite()
         where = f"; in the reference, the node '{node}' is the first that is" if node else ""
-        message = f"{target}: {bad / count:.2%} of the samples are NaN or infinite{where}"
-        return TargetResult(Stage.COMPARE, Status.FAIL, samples=count), [rules.SHADER_NOT_FINITE.at(place, message)]
-    if expectation.reason:
-        return TargetResult(Stage.COMPILE, Status.SKIP, expectation.reason, samples=count), []
-    verdict = expectation.compare(found)
-    if not verdict.comparison.passed:
-        verdict = _explained(engine, verdict, mended(shader), images, expectation, uniforms)
-    if verdict.specified is None:
+        found_broken = rules.SHADER_NOT_FINITE.at(place, f"{target}: {broken}{where}")
+        return TargetResult(Stage.COMPARE, Status.FAIL, samples=count), [found_broken]
+    if not verdict.deviations:
         return judged(target, verdict.comparison, place)
     names = ", ".join(sorted(d.value for d in verdict.deviations))
-    message = f"{target}: it deviates as known ({names}); from the specification: {describe(verdict.specified)}"
+    difference = broken if verdict.specified is None else describe(verdict.specified)
+    message = f"{target}: it deviates as known ({names}); from the specification: {difference}"
     return _compared(verdict.comparison), [rules.UPSTREAM_DEVIATION.at(place, message)]
+
+
+def _not_finite(found: tuple[NDArray[np.floating], ...]) -> str:
+    """How many of the colours are no numbers, "" if none is."""
+    bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
+    return f"{bad / sum(map(len, found)):.2%} of the samples are NaN or infinite" if bad else ""
 
 
 def _explained(
     engine: Engine,
-    verdict: Verdict,
+    verdict: Verdict | None,
     mended: Iterable[tuple[frozenset[Deviation], Shader]],
     images: CheckedImages,
     expectation: Expectation,
     uniforms: Mapping[str, Any],
-) -> Verdict:
-    """The verdict on the first of the mended shaders that is right; the one given, if none is."""
+) -> Verdict | None:
+    """The verdict on the first of the mended shaders that is right; the one given, if none is.
+
+    None stands for that on colours that are no numbers.
+    """
     for deviations, shader in mended:
         with engine.compile(shader, images.of(shader.files)) as program:
-            right = expectation.compare(expectation.draw(program, uniforms))
-        if right.comparison.passed:
-            return Verdict(right.comparison, deviations | right.deviations, verdict.comparison)
+            found = expectation.draw(program, uniforms)
+        right = None if _not_finite(found) else expectation.compare(found)
+        if right is not None and right.comparison.passed:
+            specified = None if verdict is None else verdict.comparison
+            return Verdict(right.comparison, deviations | right.deviations, specified)
     return verdict
 
 

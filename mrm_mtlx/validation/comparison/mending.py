@@ -7,7 +7,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mrm_mtlx.reference.deviations import Deviation
-from mrm_mtlx.shadergen import GenerationError, generate
+from mrm_mtlx.shadergen import GenerationError, generate, precision
 from mrm_mtlx.validation.comparison.document_mends import MENDS
 
 if TYPE_CHECKING:
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.shadergen import Shader
 
-# The precision of floats, which generated ESSL states; those that it leaves to the language's defaults come after it.
-_STATED = "precision highp float;\n"
-# What to replace in a source, and by what.
+# What to replace in a source, and by what, in this order. Precisions that ESSL leaves to the language's defaults come
+# after that of floats, which it states.
 _SOURCES = {
-    Deviation.MEDIUMP_INTEGERS: (_STATED, f"{_STATED}precision highp int;\n"),
-    Deviation.LOWP_SAMPLERS: (_STATED, f"{_STATED}precision highp sampler2D;\n"),
+    Deviation.MEDIUMP_FLOATS: (precision.MEDIUM, precision.HIGH),
+    Deviation.MEDIUMP_INTEGERS: (precision.HIGH, f"{precision.HIGH}precision highp int;\n"),
+    Deviation.LOWP_SAMPLERS: (precision.HIGH, f"{precision.HIGH}precision highp sampler2D;\n"),
     Deviation.HEXAGON_ROOT: ("sqrt(p3_sum_out)", "sqrt(max(p3_sum_out, 0.0))"),
 }
 
@@ -31,12 +31,14 @@ Mended: TypeAlias = "Callable[[Shader], Iterator[tuple[frozenset[Deviation], Sha
 
 def mended_sources(shader: Shader) -> Iterator[tuple[frozenset[Deviation], Shader]]:
     """The shader without deviations that its source has, and these; the fewest first."""
-    source = shader.sources["pixel"]
-    for deviations in _some(d for d, (old, _) in _SOURCES.items() if old in source):
-        mended = source
-        for deviation in deviations:
-            mended = mended.replace(*_SOURCES[deviation])
-        yield frozenset(deviations), replace(shader, sources={**shader.sources, "pixel": mended})
+    for deviations in _some(_SOURCES):
+        mended = shader.sources["pixel"]
+        for old, new in (_SOURCES[deviation] for deviation in deviations):
+            if old not in mended:
+                break
+            mended = mended.replace(old, new)
+        else:
+            yield frozenset(deviations), replace(shader, sources={**shader.sources, "pixel": mended})
 
 
 def mended_shaders(element: Any, library: DataLibrary, shader: Shader) -> Iterator[tuple[frozenset[Deviation], Shader]]:
