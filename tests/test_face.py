@@ -257,6 +257,7 @@ def test_a_wrong_argument_is_a_value_error_that_names_it(metal: Any) -> None:
         (lambda: mrm.generate([metal]), "path"),  # type: ignore[arg-type]
         (lambda: mrm.generate(metal, target=None), "target"),  # type: ignore[arg-type]
         (lambda: mrm.generate(metal, osl_mode="cycles"), "osl_mode"),
+        (lambda: mrm.generate(metal, stated_precision=True), "stated_precision"),
         (lambda: mrm.generate(metal, osl_mode=["aligned"]), "osl_mode"),  # type: ignore[arg-type]
         (lambda: mrm.render(metal, size="64"), "size"),  # type: ignore[arg-type]
         (lambda: mrm.render(metal, light=None), "light"),  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.shadergen import Shader
 
-# The precision of floats in ESSL.
-EsslPrecisionName: TypeAlias = Literal["highp", "stated"]
 # How OSL makes a retroreflective lobe; the names of shadergen.OslMode.
 OslModeName: TypeAlias = Literal["aligned", "cycles", "keyword"]
 
@@ -73,7 +71,7 @@ def generate(
     osl_mode: OslModeName | None = None,
     self_contained: bool = False,
     script_node: bool = False,
-    essl_precision: EsslPrecisionName | None = None,
+    stated_precision: bool = False,
     library: LibraryName = "mrm",
     root: PathLike | Sequence[PathLike] = (),
     listener: Listener = SILENT,
@@ -96,9 +94,9 @@ def generate(
         OSL with MaterialX's headers in it, for hosts that have none of them.
     script_node
         Self-contained OSL for Blender's Script node, whose sockets are the inputs that the document sets.
-    essl_precision
-        With that target, the precision of floats: "highp", also where MaterialX (before 1.39.5) states mediump, or
-        "stated", as it does. Default: highp. A finding says where it states mediump.
+    stated_precision
+        ESSL keeps mediump floats where MaterialX (before 1.39.5) states them; otherwise they are highp. A finding says
+        so in either case.
     library
         Whose implementation of the flag: this project's or MaterialX's ("upstream").
     root
@@ -119,12 +117,11 @@ def generate(
 
     check_targets([target])
     check_choice("osl_mode", osl_mode, tuple(OslMode))
-    check_choice("essl_precision", essl_precision, get_args(EsslPrecisionName))
     if target not in closure_targets():
         forms = {"osl_mode": osl_mode, "self_contained": self_contained, "script_node": script_node}
         refuse(forms, f"only with `target` {' or '.join(closure_targets())}")
     if target != "essl":
-        refuse({"essl_precision": essl_precision}, "only with `target` essl")
+        refuse({"stated_precision": stated_precision}, "only with `target` essl")
     opened = open_document(path, element=element, library=library, root=root, listener=listener)
     mode = OslMode(osl_mode or "aligned")
     shaders: dict[str, Shader] = {}
@@ -135,7 +132,7 @@ def generate(
             shader = _in_form(opened.element(name), shader, self_contained, script_node)
         except GenerationError as error:
             raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
-        shaders[name], found = _precise(shader, essl_precision or "highp")
+        shaders[name], found = _precise(shader, stated=stated_precision)
         findings += [opened.source.in_source(rules.UPSTREAM_DEVIATION.at(f"/{name}", message)) for message in found]
     listener.findings(findings)
     files = {
@@ -149,15 +146,15 @@ def generate(
     return GeneratedSource(target, shaders, files, (*opened.findings, *findings))
 
 
-def _precise(shader: Shader, precision: EsslPrecisionName) -> tuple[Shader, list[str]]:
-    """The shader with its floats in a precision, and what is to be said of it."""
+def _precise(shader: Shader, *, stated: bool) -> tuple[Shader, list[str]]:
+    """The shader with its floats highp, or as stated; and what is to be said of them."""
     from mrm_mtlx.library import materialx_version
     from mrm_mtlx.shadergen.precision import states_mediump, with_highp
 
     if not states_mediump(shader):
         return shader, []
     states = f"essl: MaterialX {materialx_version()} states mediump of floats (mediump-floats)"
-    if precision == "stated":
+    if stated:
         return shader, [f"{states}, in which a driver may have 16 bits: no narrow lobe is left of them"]
     return with_highp(shader), [f"{states}; here they are highp, where a host that generates has mediump"]
 

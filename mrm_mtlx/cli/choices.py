@@ -51,13 +51,6 @@ class OslModeName(StrEnum):
     KEYWORD = "keyword"
 
 
-class EsslPrecision(StrEnum):
-    """Precisions of floats in ESSL; api.generate.EsslPrecisionName."""
-
-    HIGHP = "highp"
-    STATED = "stated"
-
-
 class Shape(StrEnum):
     """Shapes that can be rendered; render.shapes.SHAPES."""
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from mrm_mtlx.cli import errors
-from mrm_mtlx.cli.choices import EsslPrecision, Implementation, OslModeName
+from mrm_mtlx.cli.choices import Implementation, OslModeName
 from mrm_mtlx.cli.options import Library, Roots, Timeout
 from mrm_mtlx.system.process_limits import TIME_LIMIT_S
 
@@ -44,14 +44,13 @@ def generate(
             help="For Blender's Script node, with --target osl: self-contained, its sockets what the document sets.",
         ),
     ] = False,
-    essl_precision: Annotated[
-        EsslPrecision | None,
+    stated_precision: Annotated[
+        bool,
         typer.Option(
-            "--essl-precision",
-            help="Of floats, with --target essl: highp, or as MaterialX states it (mediump before 1.39.5). "
-            "Default: highp.",
+            "--stated-precision",
+            help="Leave floats mediump where MaterialX (before 1.39.5) states it, with --target essl. Default: highp.",
         ),
-    ] = None,
+    ] = False,
     library: Library = Implementation.MRM,
     root: Roots = None,
     timeout: Timeout = TIME_LIMIT_S,
@@ -69,7 +68,7 @@ def generate(
         osl_mode=osl_mode.value if osl_mode else None,
         self_contained=self_contained,
         script_node=script_node,
-        essl_precision=essl_precision.value if essl_precision else None,
+        stated_precision=stated_precision,
         library=library.value,
         root=root or (),
         listener=Terminal(),
