@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 Path = tuple[str, ...]
 
 CORE: Path = ("pbrMetallicRoughness",)
-# Encoded colour, as images of colours are; the others hold numbers as they are.
-ENCODED = "srgb_texture"
 
 
 class Property(NamedTuple):

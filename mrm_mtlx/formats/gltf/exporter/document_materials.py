@@ -12,13 +12,13 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.findings import rules
 from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.gltf.container import LOST, is_data, open_container
-from mrm_mtlx.formats.gltf.exporter import comparison
 from mrm_mtlx.formats.gltf.exporter.asset import Asset
 from mrm_mtlx.formats.gltf.exporter.material import Material
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError
 from mrm_mtlx.formats.gltf.exporter.texture_slots import Images
-from mrm_mtlx.formats.gltf.exporter.value_sources import resolved
 from mrm_mtlx.formats.gltf.importer.asset_materials import read
+from mrm_mtlx.formats.pbr import comparison
+from mrm_mtlx.formats.pbr.placement import InexpressibleError
+from mrm_mtlx.formats.pbr.value_sources import resolved
 from mrm_mtlx.reference import UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.system.writing import FileSet

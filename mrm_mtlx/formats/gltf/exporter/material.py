@@ -9,12 +9,13 @@ import numpy as np
 
 from mrm_mtlx.documents.graph import shader_node
 from mrm_mtlx.formats.gltf import properties as gltf
-from mrm_mtlx.formats.gltf.exporter.pbr_inputs import NO_FORM, UNLIT, inputs_of
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError, Transform, transform, written
-from mrm_mtlx.formats.gltf.exporter.terms import Lookup, Term, look_up, scalar, term
 from mrm_mtlx.formats.gltf.exporter.texture_slots import Channel
-from mrm_mtlx.formats.gltf.exporter.value_sources import source
 from mrm_mtlx.formats.gltf.schema import problems
+from mrm_mtlx.formats.pbr.inputs import NO_FORM, UNLIT, inputs_of
+from mrm_mtlx.formats.pbr.placement import InexpressibleError, Transform, transform, written
+from mrm_mtlx.formats.pbr.term import Lookup, Term
+from mrm_mtlx.formats.pbr.terms import look_up, scalar, term
+from mrm_mtlx.formats.pbr.value_sources import source
 from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:

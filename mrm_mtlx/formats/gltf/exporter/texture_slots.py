@@ -12,8 +12,8 @@ import numpy as np
 from mrm_mtlx.documents.document_images import DocumentImages, ImagesTooLargeError
 from mrm_mtlx.documents.images import as_values, component, srgb_decoded, srgb_encoded, write_image
 from mrm_mtlx.formats.gltf.exporter.asset import ImageFile
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError
 from mrm_mtlx.formats.gltf.image_kinds import PLAIN_KINDS, kind_of
+from mrm_mtlx.formats.pbr.placement import InexpressibleError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mrm_mtlx.documents.document import Document
-    from mrm_mtlx.formats.gltf.exporter.terms import Lookup
+    from mrm_mtlx.formats.pbr.term import Lookup
 
 _ALPHA = 3
 # Of an image that is looked into, whose making takes 20 bytes for each: 8192 x 8192.

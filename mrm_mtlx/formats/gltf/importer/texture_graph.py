@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.formats.gltf.properties import ENCODED
+from mrm_mtlx.formats.pbr.term import ENCODED
 
 if TYPE_CHECKING:
     import MaterialX as mx

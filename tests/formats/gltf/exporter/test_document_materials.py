@@ -14,7 +14,8 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.format import NothingToWriteError
 from mrm_mtlx.formats.gltf import schema
 from mrm_mtlx.formats.gltf.container import open_container
-from mrm_mtlx.formats.gltf.exporter import bsdf_surfaces, comparison, texture_slots
+from mrm_mtlx.formats.gltf.exporter import texture_slots
+from mrm_mtlx.formats.pbr import bsdf_surfaces, comparison
 from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.reference import UnsupportedError
 

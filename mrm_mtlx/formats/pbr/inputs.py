@@ -6,17 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from mrm_mtlx.formats.gltf.exporter.bsdf_surfaces import surface
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError
-from mrm_mtlx.formats.gltf.exporter.surface_models import model
-from mrm_mtlx.formats.gltf.exporter.terms import Term, scalar, term
-from mrm_mtlx.formats.gltf.exporter.value_sources import source
-from mrm_mtlx.formats.gltf.properties import NORMALS
+from mrm_mtlx.formats.pbr.bsdf_surfaces import surface
+from mrm_mtlx.formats.pbr.placement import InexpressibleError
+from mrm_mtlx.formats.pbr.surface_models import model
+from mrm_mtlx.formats.pbr.term import Term
+from mrm_mtlx.formats.pbr.terms import scalar, term
+from mrm_mtlx.formats.pbr.value_sources import source
 
 # The surface that is the same in any light.
 UNLIT = "surface_unlit"
 # What readers that do not know KHR_materials_unlit are to show, as it recommends.
 _FALLBACK = {"metallic": Term.constant(0.0), "roughness": Term.constant(0.9)}
+# Inputs of gltf_pbr that are normals.
+NORMALS = ("normal", "clearcoat_normal")
 # Inputs of gltf_pbr without a form in glTF.
 NO_FORM = ("tangent",)
 
@@ -74,7 +76,7 @@ def _opacity(node: Any) -> dict[str, Any]:
 
 def _input(node: Any, name: str) -> Any:
     try:
-        if name in (*NO_FORM, *(name for name, _ in NORMALS)):
+        if name in (*NO_FORM, *NORMALS):
             upstream = source(node, name)
             return None if upstream is None else str(upstream[0].getNamePath())
         if name == "alpha_mode":

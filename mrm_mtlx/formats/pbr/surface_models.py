@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.documents.flattening import flatten
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError
-from mrm_mtlx.formats.gltf.exporter.terms import Term, scalar, term
-from mrm_mtlx.formats.gltf.exporter.value_sources import source
+from mrm_mtlx.formats.pbr.placement import InexpressibleError
+from mrm_mtlx.formats.pbr.term import Term
+from mrm_mtlx.formats.pbr.terms import scalar, term
+from mrm_mtlx.formats.pbr.value_sources import source
 
 if TYPE_CHECKING:
     import MaterialX as mx

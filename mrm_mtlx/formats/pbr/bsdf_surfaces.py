@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError, constant
-from mrm_mtlx.formats.gltf.exporter.terms import Term, blended, scalar, term
-from mrm_mtlx.formats.gltf.exporter.value_sources import source
+from mrm_mtlx.formats.pbr.placement import InexpressibleError, constant
+from mrm_mtlx.formats.pbr.term import Term, blended
+from mrm_mtlx.formats.pbr.terms import scalar, term
+from mrm_mtlx.formats.pbr.value_sources import source
 from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:

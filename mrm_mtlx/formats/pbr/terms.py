@@ -3,91 +3,21 @@
 from __future__ import annotations
 
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.formats.gltf.exporter.placement import InexpressibleError, Placement, placed_by, through
-from mrm_mtlx.formats.gltf.exporter.value_sources import file_of, source
-from mrm_mtlx.formats.gltf.properties import ENCODED
+from mrm_mtlx.formats.pbr.placement import InexpressibleError, placed_by, through
+from mrm_mtlx.formats.pbr.term import ENCODED, Lookup, Term, blended, constant_of, joined
+from mrm_mtlx.formats.pbr.value_sources import file_of, source
 from mrm_mtlx.library.color_spaces import canonical, is_linear
 from mrm_mtlx.reference import constant_input
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from mrm_mtlx.bsdf.arrays import Array
-
 _CHANNELS = {"outr": 0, "outg": 1, "outb": 2, "outa": 3, "outx": 0, "outy": 1, "outz": 2, "outw": 3}
 _COMPONENTS = {"float": 1, "vector2": 2, "color3": 3, "vector3": 3, "color4": 4, "vector4": 4}
-
-
-class Lookup(NamedTuple):
-    """A lookup of an image.
-
-    Attributes
-    ----------
-    file
-        Its name in the document.
-    encoded
-        Whether its colours are sRGB.
-    modes, filter
-        As MaterialX names them.
-    texcoord
-        Set of texture coordinates.
-    placement
-        From these to where the image is read.
-    """
-
-    file: str
-    encoded: bool
-    modes: tuple[str, str]
-    filter: str
-    texcoord: int
-    placement: Placement
-
-
-@dataclass(frozen=True)
-class Term:
-    """offset + scale * channels of an image; arrays of shape (components,). Without a lookup it is the offset alone."""
-
-    offset: Array
-    scale: Array
-    lookup: Lookup | None = None
-    channels: tuple[int, ...] = ()
-
-    @staticmethod
-    def constant(value: Array | float | tuple[float, ...]) -> Term:
-        """A number, or a colour."""
-        offset = np.atleast_1d(np.asarray(value, dtype=float))
-        return Term(offset, np.zeros_like(offset), None, (0,) * len(offset))
-
-    @property
-    def value(self) -> Array | None:
-        """The constant that it is, or None."""
-        return self.offset if self.lookup is None else None
-
-    def __mul__(self, factor: Array | float) -> Term:
-        return replace(self._wide(factor), offset=self.offset * factor, scale=self.scale * factor)
-
-    def __add__(self, number: Array | float) -> Term:
-        wide = self._wide(number)
-        return replace(wide, offset=wide.offset + number)
-
-    def select(self, components: tuple[int, ...]) -> Term:
-        """Some of the components."""
-        chosen = list(components)
-        if max(chosen) >= len(self.offset):
-            msg = "it reads a component that is not there"
-            raise InexpressibleError(msg)
-        channels = tuple(self.channels[c] for c in chosen)
-        return replace(self, offset=self.offset[chosen], scale=self.scale[chosen], channels=channels)
-
-    def _wide(self, other: Array | float) -> Term:
-        """With as many components as another."""
-        count = np.size(other)
-        return self.select((0,) * count) if len(self.offset) == 1 < count else self
 
 
 def term(node: Any, name: str) -> Term:
@@ -149,7 +79,7 @@ def _made(node: Any, output: str) -> Term:
     if category.startswith("separate") and output in _CHANNELS:
         return term(node, "in").select((_CHANNELS[output],))
     if category.startswith("combine"):
-        return _joined([term(node, f"in{k + 1}") for k in range(int(category[-1]))])
+        return joined([term(node, f"in{k + 1}") for k in range(int(category[-1]))])
     if category == "gltf_colorimage":
         return _color_image(node).select((3,) if output == "outa" else (0, 1, 2))
     if category in _FUNCTIONS:
@@ -172,7 +102,7 @@ def _image(node: Any) -> Term:
     encoded = is_color and space == ENCODED
     factor = np.ones(count)
     if node.getCategory() == "gltf_image" and node.getNodeDef().getActiveInput("factor") is not None:
-        factor = _constant(term(node, "factor"))
+        factor = constant_of(term(node, "factor"))
         if encoded and np.any(factor != 1.0):
             msg = "the factor of an encoded gltf_image is applied to encoded colours"
             raise InexpressibleError(msg)
@@ -206,7 +136,7 @@ def _color_image(node: Any) -> Term:
         msg = "gltf_colorimage has no file"
         raise InexpressibleError(msg)
     lookup = look_up(node)
-    factor = _constant(term(node, "color")) * _constant(term(node, "geomcolor"))
+    factor = constant_of(term(node, "color")) * constant_of(term(node, "geomcolor"))
     # Inside, its image repeats, whatever its address modes are (MaterialX 1.39.5).
     return Term(np.zeros(4), factor, lookup._replace(modes=("periodic", "periodic")), (0, 1, 2, 3))
 
@@ -218,48 +148,28 @@ def _between(node: Any) -> Term:
     return Term(ends[0], ends[1] - ends[0], lookup, (1,))
 
 
-def _joined(terms: list[Term]) -> Term:
-    lookups = {t.lookup for t in terms if t.lookup is not None}
-    if len(lookups) > 1:
-        msg = "it combines several images"
-        raise InexpressibleError(msg)
-    return Term(
-        np.concatenate([t.offset for t in terms]),
-        np.concatenate([t.scale for t in terms]),
-        next(iter(lookups), None),
-        tuple(channel for t in terms for channel in t.channels),
-    )
-
-
 def _pair(node: Any) -> tuple[Term, Term]:
     return term(node, "in1"), term(node, "in2")
 
 
-def _constant(part: Term) -> Array:
-    if part.value is None:
-        msg = "it multiplies images, divides by one or compares one"
-        raise InexpressibleError(msg)
-    return part.value
-
-
 def _multiply(node: Any) -> Term:
     first, second = _pair(node)
-    return second * _constant(first) if first.lookup is None else first * _constant(second)
+    return second * constant_of(first) if first.lookup is None else first * constant_of(second)
 
 
 def _divide(node: Any) -> Term:
     first, second = _pair(node)
-    return first * (1.0 / _constant(second))
+    return first * (1.0 / constant_of(second))
 
 
 def _add(node: Any) -> Term:
     first, second = _pair(node)
-    return second + _constant(first) if first.lookup is None else first + _constant(second)
+    return second + constant_of(first) if first.lookup is None else first + constant_of(second)
 
 
 def _subtract(node: Any) -> Term:
     first, second = _pair(node)
-    return second * -1.0 + _constant(first) if first.lookup is None else first + -_constant(second)
+    return second * -1.0 + constant_of(first) if first.lookup is None else first + -constant_of(second)
 
 
 def _mix(node: Any) -> Term:
@@ -269,28 +179,9 @@ def _mix(node: Any) -> Term:
     return blended(term(node, "bg"), term(node, "fg"), amount)
 
 
-def blended(low: Term, high: Term, amount: Term) -> Term:
-    """(1 - amount) low + amount high.
-
-    Raises
-    ------
-    InexpressibleError
-        If two of them are images.
-    """
-    if low.lookup is None and high.lookup is None:
-        step = np.atleast_1d(_constant(high) - _constant(low))
-        if not np.any(step):
-            return low
-        return amount * step + _constant(low)
-    share = _constant(amount)
-    if low.lookup is None:
-        return high * share + _constant(low) * (1.0 - share)
-    return low * (1.0 - share) + _constant(high) * share
-
-
 def _chosen(node: Any) -> Term:
     """The input that a comparison of constants chooses."""
-    first, second = (_constant(term(node, name))[0] for name in ("value1", "value2"))
+    first, second = (constant_of(term(node, name))[0] for name in ("value1", "value2"))
     holds = {"ifgreater": first > second, "ifgreatereq": first >= second, "ifequal": first == second}
     return term(node, "in1" if holds[node.getCategory()] else "in2")
 
