@@ -52,6 +52,8 @@ FIGURES = {
 }
 _R_A = "photometry materials/conspicuity_tape_white.mtlx --class DOT-C2 --color white --plot {file}"
 PICTURES = ("compare.png", "materials.png", "gltf.png", "osl.png")
+FORMAT_PICTURES = ("gltf-nearest.png", "usd-preview.png")
+_FORMAT_PICTURES = Product(("-m", "tools.format_pictures", "-o", "{folder}"), minutes=True)
 _PICTURES = Product(("-m", "tools.pictures", "-o", "{folder}"), minutes=True)
 PRODUCTS = {
     "rules.md": Product((*MRM, "rules", "--markdown")),
@@ -63,6 +65,7 @@ PRODUCTS = {
     "figures/house.svg": Product(("-m", "tools.house", "{file}")),
     "images/classes.png": Product(("-m", "tools.classes_page", "--picture", "{file}"), minutes=True),
     **{f"images/{name}": _PICTURES for name in PICTURES},
+    **{f"images/{name}": _FORMAT_PICTURES for name in FORMAT_PICTURES},
 }
 _NUMBER = re.compile(r"-?\d+\.\d+|-?\d+")
 # A fiftieth of a line's width, in points.

@@ -93,7 +93,9 @@ def convert(
     listener
         Told of findings and of the file.
     options
-        Those of the format. OpenMATERIAL (`formats.openmaterial.options`) has `into`, a file of it whose other data are
+        Those of the format. USD has `preview`, False for no look by day for hosts without MaterialX; glTF has `exact`,
+        True to leave out what it has no form for and not to write the nearest. OpenMATERIAL
+        (`formats.openmaterial.options`) has `into`, a file of it whose other data are
         kept; `at`, the object of `into` for a new block, as "/parent"; `observation` and `entrance`, the angles of R_A
         [degrees], by default 0.2 and -4; and `element`, whose R_A it is, by default that of the first.
 

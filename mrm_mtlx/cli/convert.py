@@ -6,7 +6,7 @@ import functools
 import inspect
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 from typer.core import TyperCommand
@@ -95,7 +95,7 @@ def _with_options_of_formats(function: Callable[..., None]) -> Callable[..., Non
         enumeration("FormatName", [(name.upper(), name) for name in names]) | None, *hints["to"].__metadata__
     ]
     for name, (of_type, (metavar, description)) in declared_options().items():
-        hints[name] = Annotated[of_type, typer.Option(f"--{name.replace('_', '-')}", metavar=metavar, help=description)]
+        hints[name] = Annotated[of_type, typer.Option(_flag(name, of_type), metavar=metavar or None, help=description)]
     own, kind = inspect.signature(function).parameters, inspect.Parameter.KEYWORD_ONLY
     parameters = [
         inspect.Parameter(name, kind, annotation=hint, default=own[name].default if name in own else None)
@@ -104,3 +104,9 @@ def _with_options_of_formats(function: Callable[..., None]) -> Callable[..., Non
     wrapped.__annotations__ = hints
     vars(wrapped)["__signature__"] = inspect.Signature(parameters)
     return wrapped
+
+
+def _flag(name: str, of_type: Any) -> str:
+    """The option's name on the command line, with its opposite if it is a switch."""
+    flag = name.replace("_", "-")
+    return f"--{flag}/--no-{flag}" if bool in get_args(of_type) else f"--{flag}"

@@ -63,6 +63,8 @@ RULES: dict[str, Rule] = {
         rules.INTERCHANGE_LOST,
         rules.INTERCHANGE_INVALID,
         rules.INTERCHANGE_LEFT_OUT,
+        rules.INTERCHANGE_APPROXIMATED,
+        rules.INTERCHANGE_PREVIEW,
         rules.USD_VALIDATOR,
         rules.USD_MISSING,
         rules.USD_VALIDATOR_WARNING,

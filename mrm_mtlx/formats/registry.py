@@ -30,8 +30,21 @@ MATERIALX = Format("materialx", "MaterialX", (".mtlx",), "mrm_mtlx.formats.mater
 
 _OWN = (
     MATERIALX,
-    Format("usd", "USD", (".usda", ".usdc", ".usd", ".usdz"), "mrm_mtlx.formats.usd", holds_networks=True),
-    Format("gltf", "glTF", (".gltf", ".glb"), "mrm_mtlx.formats.gltf"),
+    Format(
+        "usd",
+        "USD",
+        (".usda", ".usdc", ".usd", ".usdz"),
+        "mrm_mtlx.formats.usd",
+        options="mrm_mtlx.formats.usd.options:UsdOptions",
+        holds_networks=True,
+    ),
+    Format(
+        "gltf",
+        "glTF",
+        (".gltf", ".glb"),
+        "mrm_mtlx.formats.gltf",
+        options="mrm_mtlx.formats.gltf.options:GltfOptions",
+    ),
     Format(
         "openmaterial",
         "OpenMATERIAL",

@@ -33,10 +33,28 @@ def test_the_commands_of_the_page_run(here, page_commands, gl):
 
 
 def test_there_and_back_by_position_or_option_and_nothing_lost(here):
-    done = here("convert", PLATE, "plate.usda")
+    done = here("convert", PLATE, "plate.usda", "--no-preview")
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "wrote plate.usda\n")
     assert here("convert", "plate.usda", "-o", "back.mtlx").stderr == "wrote back.mtlx\n"
     assert "<nodegraph name=" in Path("back.mtlx").read_text(encoding="utf-8")
+
+
+def test_a_look_for_hosts_without_materialx_is_added_and_what_it_lacks_is_told(here):
+    done = here("convert", PLATE, "plate.usda")
+    assert (done.exit_code, done.stdout) == (0, "")
+    first, hint, last = done.stderr.splitlines()
+    assert "warning INTERCHANGE_PREVIEW /M_licence_plate: its look for hosts without MaterialX" in first
+    assert "--no-preview" in hint
+    assert last == "wrote plate.usda"
+    assert 'uniform token info:id = "UsdPreviewSurface"' in Path("plate.usda").read_text(encoding="utf-8")
+    # It is none of what is read: nothing more is said, and what is written is the same.
+    assert here("convert", "plate.usda", "back.mtlx").stderr == "wrote back.mtlx\n"
+    assert here("convert", PLATE, "bare.usda", "--no-preview").exit_code == 0
+    assert here("convert", "bare.usda", "again.mtlx").exit_code == 0
+    assert Path("back.mtlx").read_bytes() == Path("again.mtlx").read_bytes()
+    done = here("convert", PLATE, "plate.glb", "--no-preview")
+    assert done.exit_code == 2
+    assert "only for .usda, .usdc, .usd, .usdz, USD" in " ".join(done.stderr.split())
 
 
 def test_a_folder_is_searched_for_stages_and_documents(here, tmp_path):
@@ -91,7 +109,7 @@ def test_what_usd_thinks_of_a_stage_is_told_by_validate_alone(here):
 def test_what_is_lost_is_told_and_the_rest_is_written(here):
     text = PLATE.read_text(encoding="utf-8").replace("</materialx>", '<look name="looks" /></materialx>')
     Path("look.mtlx").write_text(text, encoding="utf-8")
-    done = here("convert", "look.mtlx", "look.usda")
+    done = here("convert", "look.mtlx", "look.usda", "--no-preview")
     assert done.exit_code == 0
     first, hint, last = done.stderr.splitlines()
     line = text[: text.index("<look ")].count("\n") + 1

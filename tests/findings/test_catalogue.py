@@ -46,8 +46,12 @@ NEED_GL = {
 # These end the process that checks the document.
 FATAL = {"CHECK_CRASHED", "CHECK_TIMEOUT"}
 
-# These show when a document is written in another format.
-WRITTEN = {"INTERCHANGE_LEFT_OUT"}
+# These show when a document is written in another format, which a file of that name is.
+WRITTEN = {
+    "INTERCHANGE_APPROXIMATED": "written.glb",
+    "INTERCHANGE_LEFT_OUT": "written.glb",
+    "INTERCHANGE_PREVIEW": "written.usda",
+}
 
 # Seconds that the endless document is given. The other one of its pair takes about two.
 PATIENCE_S = 5.0
@@ -124,9 +128,9 @@ def findings(request, check, settings, library, tmp_path) -> Callable[[str, Path
     def of(code: str, path: Path) -> list[Finding]:
         if code in WRITTEN:
             read = read_document(path, Reach.beside(path), library, tmp_path)
-            form = format_for(tmp_path / "written.glb")
+            target = tmp_path / WRITTEN[code]
             try:
-                return [read.in_source(found) for found in form.write(read, tmp_path / "written.glb", library)]
+                return [read.in_source(found) for found in format_for(target).write(read, target, library)]
             except NothingToWriteError as error:
                 return [read.in_source(found) for found in error.findings]
         if code in NEED_GL:

@@ -24,9 +24,11 @@ from mrm_mtlx.findings.rules.documents import (
     DOC_VERSION,
 )
 from mrm_mtlx.findings.rules.interchange import (
+    INTERCHANGE_APPROXIMATED,
     INTERCHANGE_INVALID,
     INTERCHANGE_LEFT_OUT,
     INTERCHANGE_LOST,
+    INTERCHANGE_PREVIEW,
     USD_MISSING,
     USD_VALIDATOR,
     USD_VALIDATOR_WARNING,
@@ -79,9 +81,11 @@ __all__ = [
     "DOC_VERSION",
     "ENERGY_ANISOTROPIC",
     "ENERGY_GAIN",
+    "INTERCHANGE_APPROXIMATED",
     "INTERCHANGE_INVALID",
     "INTERCHANGE_LEFT_OUT",
     "INTERCHANGE_LOST",
+    "INTERCHANGE_PREVIEW",
     "LOBE_TOO_NARROW",
     "READ_ENCODING",
     "READ_FAILED",

@@ -27,9 +27,28 @@ INTERCHANGE_LEFT_OUT = Rule(
     "INTERCHANGE_LEFT_OUT",
     Severity.ERROR,
     "material has no form in the other format",
-    "The material is made of parts that the other format does not have, so that it was not written at all: "
-    "glTF has one metal, one dielectric over a diffuse base, and layers over these.",
+    "The material is made of parts that the other format does not have, and nothing that it has comes near, as "
+    "where light is let through, or nothing near was asked for, so that it was not written at all.",
     "Build the material of what the other format has, for glTF of the node gltf_pbr, or use another format.",
+)
+
+INTERCHANGE_APPROXIMATED = Rule(
+    "INTERCHANGE_APPROXIMATED",
+    Severity.WARNING,
+    "nearest material of the other format",
+    "The material is made of parts that the other format does not have: glTF has one metal, one dielectric over "
+    "a diffuse base, and layers over these. Written was what comes nearest by least squares over directions "
+    "(docs/gltf.md); how far that is off was measured on what was written.",
+    "Look at both, by mrm render, before relying on it; --exact leaves such materials out.",
+)
+
+INTERCHANGE_PREVIEW = Rule(
+    "INTERCHANGE_PREVIEW",
+    Severity.WARNING,
+    "look for hosts without MaterialX is another one",
+    "A host that knows nothing of MaterialX shows the material's UsdPreviewSurface, which has its daytime "
+    "colour and returns no light to where it comes from (docs/usd.md). The material itself is whole.",
+    "Nothing is wrong with the file; --no-preview leaves the look out.",
 )
 
 USD_VALIDATOR = Rule(

@@ -51,10 +51,21 @@ def surface(node: Any) -> Inputs:
             msg = f"it emits by {light[0].getCategory()}"
             raise InexpressibleError(msg)
         found["emissive"] = term(light[0], "color")
+    return found | opacity_of(node)
+
+
+def opacity_of(node: Any) -> Inputs:
+    """Alpha and its mode of a `surface` node; nothing of one that is opaque.
+
+    Raises
+    ------
+    InexpressibleError
+        If it is no term.
+    """
     opacity = term(node, "opacity")
-    if opacity.value is None or np.any(opacity.value != 1.0):
-        found |= {"alpha": opacity, "alpha_mode": 2}
-    return found
+    if opacity.value is not None and np.all(opacity.value == 1.0):
+        return {}
+    return {"alpha": opacity, "alpha_mode": 2}
 
 
 # Which of glTF's layers lie over the base so far, outermost last: it has each once, in this order.

@@ -11,6 +11,7 @@ import numpy as np
 
 from mrm_mtlx.documents.flattening import flatten
 from mrm_mtlx.formats.pbr.placement import InexpressibleError
+from mrm_mtlx.formats.pbr.replaced import replaced
 from mrm_mtlx.formats.pbr.term import Term
 from mrm_mtlx.formats.pbr.terms import scalar, term
 from mrm_mtlx.formats.pbr.value_sources import source
@@ -54,7 +55,7 @@ _FRAMES = {
 
 
 def model(node: Any) -> dict[str, Any]:
-    """The inputs of gltf_pbr for a node of another surface model; the errors of those that are no terms in their place.
+    """The inputs of gltf_pbr for a node of another surface model; of those that are no terms, what stands for them.
 
     Raises
     ------
@@ -127,6 +128,6 @@ def _of(node: Any, name: str) -> Any:
             return int(scalar(node, name))
         value = term(node, name)
     except InexpressibleError as error:
-        return error
+        return replaced(node, name, error)
     # 0/0 of a translation graph stands where its result is not used.
     return value if np.all(np.isfinite(value.offset)) else Term.constant(0.0)

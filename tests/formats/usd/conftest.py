@@ -15,6 +15,7 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import MATERIALX, format_for
 from mrm_mtlx.formats.usd import read
+from mrm_mtlx.formats.usd.options import UsdOptions
 from mrm_mtlx.reference import ShadingPoints, Surface, UnsupportedError
 from mrm_mtlx.shadergen import renderable_elements
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.library import DataLibrary
 
+# The look for hosts without MaterialX has tests of its own, and costs an evaluation of each material.
+NETWORK_ALONE = UsdOptions(preview=False)
 HEAD = '#usda 1.0\n(\n    defaultPrim = "M"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\n'
 
 
@@ -68,7 +71,7 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
         source = document
         if not isinstance(document, Document):
             source = Document(materialx=document, path=tmp_path / "a.mtlx", reach=Reach.only(tmp_path))
-        findings = format_for(tmp_path / name).write(source, tmp_path / name, library)
+        findings = format_for(tmp_path / name).write(source, tmp_path / name, library, NETWORK_ALONE)
         if lost is None:
             assert findings == []
         else:
@@ -81,12 +84,15 @@ def written(library: DataLibrary, tmp_path: Path) -> Callable[..., Path]:
 @pytest.fixture
 def round_trip(
     library: DataLibrary, tmp_path: Path, stage_of: Callable[..., Document], imported: Callable[..., Document]
-) -> Callable[[Document], Document]:
-    """Function from a document to that which comes back: .mtlx to .usda to .mtlx, each a file."""
+) -> Callable[..., Document]:
+    """Function from a document to that which comes back: .mtlx to .usda to .mtlx, each a file.
 
-    def run(source: Document) -> Document:
+    The stage has the look for hosts without MaterialX, too, if it is not to have the `network_alone`.
+    """
+
+    def run(source: Document, network_alone: bool = True) -> Document:
         there, back = tmp_path / "there.usda", tmp_path / "back.mtlx"
-        format_for(there).write(source, there, library)
+        format_for(there).write(source, there, library, NETWORK_ALONE if network_alone else None)
         MATERIALX.write(stage_of(there), back, library)
         return imported(tmp_path / "back.mtlx")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import unquote
 
 from mrm_mtlx.documents.document_images import ImagesTooLargeError
@@ -16,7 +16,9 @@ from mrm_mtlx.formats.gltf.exporter.asset import Asset
 from mrm_mtlx.formats.gltf.exporter.material import Material
 from mrm_mtlx.formats.gltf.exporter.texture_slots import Images
 from mrm_mtlx.formats.gltf.importer.asset_materials import read
+from mrm_mtlx.formats.gltf.options import GltfOptions
 from mrm_mtlx.formats.pbr import comparison
+from mrm_mtlx.formats.pbr.inputs import inputs_of
 from mrm_mtlx.formats.pbr.placement import InexpressibleError
 from mrm_mtlx.formats.pbr.value_sources import resolved
 from mrm_mtlx.reference import UnsupportedError
@@ -24,11 +26,13 @@ from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.system.writing import FileSet
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from mrm_mtlx.documents.document import Document
-    from mrm_mtlx.findings.finding import Finding
+    from mrm_mtlx.findings.finding import Finding, Rule
     from mrm_mtlx.library import DataLibrary
 
-LEFT_OUT = rules.INTERCHANGE_LEFT_OUT
+DEFAULT = GltfOptions()
 
 
 def names(path: Path) -> list[str]:
@@ -44,11 +48,13 @@ def names(path: Path) -> list[str]:
     return [unquote(uri) for uri in uris if isinstance(uri, str) and not is_data(uri)]
 
 
-def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
+def write(
+    source: Document, path: Path, library: DataLibrary, files: FileSet, options: GltfOptions = DEFAULT
+) -> list[Finding]:
     """Write a document as .gltf or .glb, into a set of files; see `formats.format`.
 
     A material that glTF cannot say is left out. What was written is read back, and how far it is from the document is
-    a found where it is more than rounding.
+    a finding where it is more than rounding.
 
     Raises
     ------
@@ -60,28 +66,61 @@ def write(source: Document, path: Path, library: DataLibrary, files: FileSet) ->
     document = resolved(source.materialx)
     images, asset = Images(source, path), Asset()
     findings: list[Finding] = []
-    written = []
+    written: list[_Written] = []
     for element in renderable_elements(document):
         place = f"/{element.getNamePath()}"
         images.start_surface()
         try:
-            material = Material(element, asset, images)
+            inputs = inputs_of(element, images, exact=bool(options.exact))
+            material = Material(element, inputs, asset, images)
         except InexpressibleError as error:
-            findings.append(LEFT_OUT.at(place, f"glTF has no form for it: {error}"))
+            findings.append(rules.INTERCHANGE_LEFT_OUT.at(place, f"glTF has no form for it: {error}"))
             continue
         findings += [LOST.at(f"{place}{where}", message) for where, message in material.losses]
         asset.materials.append(material.data)
-        written.append(element)
+        written.append(_Written(element, inputs.approximated, images))
     if not written:
         raise NothingToWriteError(findings)
-    findings += _differences(written, asset, images, path, library)
+    findings += _differences(written, asset, path, library)
     asset.save(path, files)
     return findings
 
 
-def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, library: DataLibrary) -> list[Finding]:
+class _Written(NamedTuple):
+    """An element that was written, why it is an approximation, "" if it is none, and the pixels of its files."""
+
+    element: Any
+    approximated: str
+    images: Images
+
+    def compared(self, again: Any, found: Images, data: dict[str, Any]) -> Iterator[Finding]:
+        """Findings about how far it is from the element that was read back."""
+        self.images.start_surface()
+        found.start_surface()
+        pair = (self.element, self.images), (again, found)
+        transmits = "KHR_materials_transmission" in data.get("extensions", {})
+        try:
+            apart = comparison.difference(*pair, transmits=transmits)
+            if apart[0] > comparison.ROUNDING:
+                yield self._told(comparison.told(apart, *(comparison.photometry(*each) for each in pair)))
+        except ImagesTooLargeError as error:
+            yield self._at(LOST, f"it was written and not compared: it has {error}")
+        except (UnsupportedError, RecursionError) as error:
+            yield self._at(LOST, f"it was written and not compared: {error}")
+
+    def _told(self, difference: str) -> Finding:
+        hint = "Look at both, by mrm render, before relying on it."
+        if not self.approximated:
+            return self._at(LOST, f"as glTF, {difference}", hint)
+        message = f"glTF has no form for it: {self.approximated}; the nearest that it has is written, in which "
+        return self._at(rules.INTERCHANGE_APPROXIMATED, message + difference, hint)
+
+    def _at(self, rule: Rule, message: str, hint: str = "") -> Finding:
+        return rule.at(f"/{self.element.getNamePath()}", message, hint)
+
+
+def _differences(elements: list[_Written], asset: Asset, path: Path, library: DataLibrary) -> list[Finding]:
     """Findings about how far the asset's materials are from those that they were made of."""
-    findings = []
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         copy, scratch = Path(folder) / path.name, Path(folder) / "scratch"
         scratch.mkdir()
@@ -89,25 +128,5 @@ def _differences(elements: list[Any], asset: Asset, images: Images, path: Path, 
             asset.save(copy, files, beside=False)
         back = read(copy, Reach.beside(copy), library, scratch)
         found = Images(back, copy)
-        for element, again, data in zip(elements, renderable_elements(back.materialx), asset.materials, strict=True):
-            place = f"/{element.getNamePath()}"
-            images.start_surface()
-            found.start_surface()
-            transmits = "KHR_materials_transmission" in data.get("extensions", {})
-            pair = (element, images), (again, found)
-            try:
-                largest, mean = comparison.difference(*pair, transmits=transmits)
-            except ImagesTooLargeError as error:
-                findings.append(LOST.at(place, f"it was written and not compared: it has {error}"))
-                continue
-            except (UnsupportedError, RecursionError) as error:
-                findings.append(LOST.at(place, f"it was written and not compared: {error}"))
-                continue
-            if largest > comparison.ROUNDING:
-                message = f"as glTF, its values differ by up to {_share(largest)}, {_share(mean)} in the mean"
-                findings.append(LOST.at(place, message, "Look at both, by mrm render, before relying on it."))
-    return findings
-
-
-def _share(value: float) -> str:
-    return f"{100.0 * value:.3g} %"
+        all_of = zip(elements, renderable_elements(back.materialx), asset.materials, strict=True)
+        return [each for one, again, data in all_of for each in one.compared(again, found, data)]

@@ -11,16 +11,16 @@ from mrm_mtlx.documents.graph import shader_node
 from mrm_mtlx.formats.gltf import properties as gltf
 from mrm_mtlx.formats.gltf.exporter.texture_slots import Channel
 from mrm_mtlx.formats.gltf.schema import problems
-from mrm_mtlx.formats.pbr.inputs import NO_FORM, UNLIT, inputs_of
+from mrm_mtlx.formats.pbr.inputs import UNLIT
+from mrm_mtlx.formats.pbr.normals import normal_map
 from mrm_mtlx.formats.pbr.placement import InexpressibleError, Transform, transform, written
 from mrm_mtlx.formats.pbr.term import Lookup, Term
-from mrm_mtlx.formats.pbr.terms import look_up, scalar, term
-from mrm_mtlx.formats.pbr.value_sources import source
-from mrm_mtlx.reference import constant_input
+from mrm_mtlx.formats.pbr.terms import look_up, scalar
 
 if TYPE_CHECKING:
     from mrm_mtlx.formats.gltf.exporter.asset import Asset
     from mrm_mtlx.formats.gltf.exporter.texture_slots import Images
+    from mrm_mtlx.formats.pbr.inputs import Inputs
 
 _WRAPS = {name: number for number, name in gltf.WRAPS.items()}
 # Always written, though they may be glTF's defaults: what a material is at first sight.
@@ -34,7 +34,7 @@ _WEIGHTS = {
 
 
 class Material:
-    """A material of an asset, made of a renderable element, see `interfaces.resolved`.
+    """A material of an asset, made of a renderable element and its inputs, see `formats.pbr.inputs`.
 
     Raises
     ------
@@ -49,15 +49,14 @@ class Material:
         What of it glTF cannot say: the place in the material, "/input", and why.
     """
 
-    def __init__(self, element: Any, asset: Asset, images: Images) -> None:
-        node, name = shader_node(element), element.getName()
-        inputs = inputs_of(node)
-        self.data: dict[str, Any] = {"name": name}
+    def __init__(self, element: Any, inputs: Inputs, asset: Asset, images: Images) -> None:
+        node = shader_node(element)
+        self.data: dict[str, Any] = {"name": element.getName()}
         if node.getCategory() == UNLIT:
             self.data["extensions"] = {gltf.UNLIT: {}}
-        self.losses: list[tuple[str, str]] = []
+        self.losses = list(inputs.losses)
         self._asset, self._images, self._document = asset, images, element.getDocument()
-        self._inputs = {name: value for name, value in inputs.items() if self._is_sayable(name, value)}
+        self._inputs = dict(inputs.values)
         self._opaque = self._inputs.get("alpha_mode", 0) == 0
         self._place_emission()
         for path in dict.fromkeys(prop.texture for prop in gltf.PROPERTIES if prop.texture):
@@ -73,13 +72,6 @@ class Material:
             is_mask = self._inputs["alpha_mode"] == gltf.ALPHA_MODES.index("MASK")
             self.data["alphaMode"] = "MASK" if is_mask else "BLEND"  # as gltf_pbr takes any other number
         self._settle()
-
-    def _is_sayable(self, name: str, value: Any) -> bool:
-        if isinstance(value, InexpressibleError):
-            self._lost(name, str(value))
-        elif name in NO_FORM and value is not None:
-            self._lost(name, "glTF takes it from the geometry")
-        return value is not None and not isinstance(value, InexpressibleError)
 
     def _lost(self, name: str, message: str) -> None:
         self.losses.append((f"/{name}", message))
@@ -186,25 +178,17 @@ class Material:
                 self._set_normal(name, path)
 
     def _set_normal(self, name: str, path: gltf.Path) -> None:
-        node = self._document.getDescendant(self._inputs[name])
         try:
-            if node.getCategory() == "gltf_normalmap":
-                value, scale = Term(np.zeros(3), np.ones(3), look_up(node), (0, 1, 2)), 1.0
-            elif node.getCategory() == "normalmap":
-                value, scale = term(node, "in"), _scale_of(node)
-            else:
-                msg = f"a normal from {node.getCategory()}, which has no form in glTF"
-                raise InexpressibleError(msg)
-            if value.lookup is None or np.any(value.offset != 0.0) or np.any(value.scale != 1.0):
-                msg = "its normal is no image as it stands"
-                raise InexpressibleError(msg)
+            found = normal_map(self._document, self._inputs[name])
         except InexpressibleError as error:
             self._lost(name, str(error))
             return
-        wanted = {k: Channel(value.lookup, channel, False) for k, channel in enumerate(value.channels)}
-        info = self._texture(dict(wanted), value.lookup, path, name)
+        wanted: dict[int, Channel | None] = {
+            k: Channel(found.lookup, channel, False) for k, channel in enumerate(found.channels)
+        }
+        info = self._texture(wanted, found.lookup, path, name)
         if info is not None:
-            _put(self.data, path, info | ({"scale": written(scale)} if scale != 1.0 else {}))
+            _put(self.data, path, info | ({"scale": written(found.scale)} if found.scale != 1.0 else {}))
 
     def _set_occlusion(self) -> None:
         value = self._inputs.get("occlusion")
@@ -311,17 +295,6 @@ def _wanted(
         elif prop.input != ignored and np.any(value.offset != 0.0):  # its factor is multiplied by the channel
             wanted |= dict.fromkeys(prop.channels)
     return wanted
-
-
-def _scale_of(node: Any) -> float:
-    scale = constant_input(node, "scale")
-    if not isinstance(scale, np.ndarray) or len(set(np.atleast_1d(scale).tolist())) != 1:
-        msg = "the scale of its normal varies, or differs between x and y"
-        raise InexpressibleError(msg)
-    if any(source(node, name) is not None for name in ("normal", "tangent", "bitangent")):
-        msg = "its normal map stands in another frame than the surface's"
-        raise InexpressibleError(msg)
-    return float(np.atleast_1d(scale)[0])
 
 
 def _put(data: dict[str, Any], path: gltf.Path, value: Any) -> None:

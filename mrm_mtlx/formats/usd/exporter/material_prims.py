@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from mrm_mtlx.shadergen import renderable_elements
 from mrm_mtlx.shadergen.usd.material_prims import MaterialWriter, material_behind
@@ -22,7 +22,11 @@ MATERIALS = Sdf.Path("/Materials")
 
 
 def write_materials(
-    document: mx.Document, layer: Sdf.Layer, anchored: Callable[[str], str], below: Sdf.Path = MATERIALS
+    document: mx.Document,
+    layer: Sdf.Layer,
+    anchored: Callable[[str], str],
+    below: Sdf.Path = MATERIALS,
+    add_look: Callable[[UsdShade.Material, Any], None] = lambda _material, _element: None,
 ) -> list[Finding]:
     """Write all renderable elements of a valid document as materials.
 
@@ -36,6 +40,8 @@ def write_materials(
         Function from a file's name in the document to its name in the layer.
     below
         The prim that the materials lie in.
+    add_look
+        Function that is told each material with a surface that was written, and its element.
 
     Returns
     -------
@@ -64,5 +70,7 @@ def write_materials(
     elements += [node for node in document.getMaterialNodes() if node.getCategory() == "volumematerial"]
     writer = MaterialWriter(document, stage, anchored)
     for element in elements:
-        writer.material(root, element)
+        material = UsdShade.Material(writer.material(root, element))
+        if material.GetOutput("mtlx:surface"):
+            add_look(material, element)
     return writer.findings()

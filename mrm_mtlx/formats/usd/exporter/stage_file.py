@@ -11,8 +11,10 @@ from pxr import Sdf, Tf, UsdUtils
 
 from mrm_mtlx.formats.files import name_beside
 from mrm_mtlx.formats.usd.exporter.material_prims import write_materials
+from mrm_mtlx.formats.usd.exporter.preview import Previews
 from mrm_mtlx.formats.usd.messages import said
 from mrm_mtlx.formats.usd.opening.layers import open_layer
+from mrm_mtlx.formats.usd.options import UsdOptions
 from mrm_mtlx.system.console import silenced
 from mrm_mtlx.system.writing import FileSet
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.findings.finding import Finding
     from mrm_mtlx.library import DataLibrary
 
+DEFAULT = UsdOptions()
 # Files in a package begin at multiples of this, so that they can be mapped into memory (USDZ specification).
 ALIGNMENT = 64
 # Length of a file's header in a package without its name, and of that of a header's extra field (ZIP, APPNOTE 4.3.7).
@@ -29,12 +32,14 @@ _HEADER, _EXTRA_HEADER = 30, 4
 _EXTRA_ID = 0x1986
 
 
-def write(source: Document, path: Path, library: DataLibrary, files: FileSet) -> list[Finding]:
+def write(
+    source: Document, path: Path, library: DataLibrary, files: FileSet, options: UsdOptions = DEFAULT
+) -> list[Finding]:
     """Write the materials of a document as `path`, into a set of files; see `formats.format`."""
     del library  # the document's own is set
     if path.suffix.lower() == ".usdz":
-        return _package(source, path.stem, files.named(path))
-    return _layer(source, path, files)
+        return _package(source, path.stem, files.named(path), options)
+    return _layer(source, path, files, options)
 
 
 def names(path: Path) -> list[str]:
@@ -60,7 +65,7 @@ def names(path: Path) -> list[str]:
     return found
 
 
-def _layer(source: Document, path: Path, files: FileSet) -> list[Finding]:
+def _layer(source: Document, path: Path, files: FileSet, options: UsdOptions) -> list[Finding]:
     """Write a layer that is to stand at `path`."""
     unfinished = files.named(path)
 
@@ -69,8 +74,10 @@ def _layer(source: Document, path: Path, files: FileSet) -> list[Finding]:
         return beside if beside.startswith("../") else f"./{beside}"
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
+    previews = Previews(source.materialx, source.reach, anchored)
+    add_look = {"add_look": previews.add} if options.has_preview else {}
     try:
-        findings = write_materials(source.materialx, layer, anchored)
+        findings = write_materials(source.materialx, layer, anchored, **add_look) + previews.findings
     except Tf.ErrorException as error:
         msg = f"USD cannot hold it: {said(error)}"
         raise ValueError(msg) from error
@@ -81,12 +88,12 @@ def _layer(source: Document, path: Path, files: FileSet) -> list[Finding]:
     return findings
 
 
-def _package(source: Document, name: str, unfinished: Path) -> list[Finding]:
+def _package(source: Document, name: str, unfinished: Path, options: UsdOptions) -> list[Finding]:
     """Write a package: USD gathers the images, and what it wrote is stored again without the time of writing."""
     with tempfile.TemporaryDirectory(prefix="mrm-") as folder:
         layer, gathered = Path(folder, f"{name}.usdc"), Path(folder, "gathered.usdz")
         with FileSet(Path(folder)) as files:
-            findings = _layer(source, layer, files)
+            findings = _layer(source, layer, files, options)
         with silenced():
             made = UsdUtils.CreateNewUsdzPackage(str(layer), str(gathered))
         if not made:

@@ -12,8 +12,10 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.formats.usd.exporter import stage_file
+from mrm_mtlx.formats.usd.options import UsdOptions
 from mrm_mtlx.shadergen.usd import material_prims
 
+NETWORK_ALONE = UsdOptions(preview=False)
 LEAF = '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF">{}</oren_nayar_diffuse_bsdf>'
 USE = (
     '<surfacematerial name="m" type="material">'
@@ -131,11 +133,11 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
     )
     # What lies elsewhere is copied, so that the stage's folder has all that it names.
     for name, expected in (("stages/a.usda", "./a/documents/tex/a.ppm"), ("documents/a.usda", "./tex/a.ppm")):
-        assert format_for(tmp_path / name).write(source, tmp_path / name, library) == []
+        assert format_for(tmp_path / name).write(source, tmp_path / name, library, NETWORK_ALONE) == []
         assert attribute(tmp_path / name, "i.inputs:file").Get().path == expected
         assert (tmp_path / name).parent.joinpath(expected).read_bytes()[-3:] == b"\x80\x40\x20"
     assert not (tmp_path / "documents" / "a").exists()
-    assert format_for(tmp_path / "a.usdz").write(source, tmp_path / "a.usdz", library) == []
+    assert format_for(tmp_path / "a.usdz").write(source, tmp_path / "a.usdz", library, NETWORK_ALONE) == []
     with zipfile.ZipFile(tmp_path / "a.usdz") as package:
         (layer, picture) = package.infolist()
         assert package.read(picture) == (tmp_path / "documents/tex/a.ppm").read_bytes()
@@ -148,7 +150,7 @@ def test_an_image_is_named_as_seen_from_the_file(surface_document, library, tmp_
     name = back.materialx.getNode("i").getInput("file").getValueString()
     assert (back.packed, (back.reach.folder / name).read_bytes()[-3:]) == (True, b"\x80\x40\x20")
     with pytest.raises(OSError, match="is an image missing"):
-        format_for(tmp_path / "a.usdz").write(source, tmp_path / "a.usdz", library)
+        format_for(tmp_path / "a.usdz").write(source, tmp_path / "a.usdz", library, NETWORK_ALONE)
 
 
 def test_a_surface_without_a_material_gets_one(make_document, written, stage_of):

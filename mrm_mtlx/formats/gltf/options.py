@@ -1,0 +1,17 @@
+"""Options of glTF: whether what it has no form for is approximated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from mrm_mtlx.formats.options import Option, Options
+
+
+@dataclass(frozen=True)
+class GltfOptions(Options):
+    """Options of writing an asset."""
+
+    exact: Annotated[bool | None, Option("", "Leave out what glTF has no form for, and do not write the nearest.")] = (
+        None
+    )
