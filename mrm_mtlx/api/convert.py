@@ -217,7 +217,7 @@ def _portable(opened: OpenDocument, listener: Listener) -> tuple[OpenDocument, t
         raise ArgumentError(msg, "path") from error
     lost = tuple(opened.source.in_source(found) for found in findings)
     listener.findings(lost)
-    source = replace(opened.source, materialx=document)
+    source = replace(opened.source, materialx=document, original=opened.document)
     return replace(opened, source=source, library=load_library(Origin.UPSTREAM)), lost
 
 

@@ -47,6 +47,8 @@ class Document:
         Where in its files that is: line and column, as far as the format has them.
     findings
         What reading it found: what is wrong, or could not be carried over.
+    original
+        The document that `materialx` is another form of, with elements of the same names; None for none.
     """
 
     materialx: mx.Document
@@ -56,6 +58,7 @@ class Document:
     source_locations: dict[str, str] = field(default_factory=dict)
     locations: Locations | None = None
     findings: list[Finding] = field(default_factory=list)
+    original: mx.Document | None = None
 
     def source_location(self, location: str) -> str:
         """The place in the source file of the element at "/material/node/input", or of its nearest parent."""

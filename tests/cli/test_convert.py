@@ -124,10 +124,17 @@ def test_a_file_that_no_material_can_be_fitted_to_is_a_finding(here, content, me
 
 
 def test_a_portable_document_is_written_as_materialx_and_as_usd(here):
-    for name in ("cone.mtlx", "cone.usda"):
-        done = here("materials/traffic_cone_collar.mtlx", name, "--portable")
+    for name, *more in (("cone.mtlx",), ("cone.usda", "--no-preview")):
+        done = here("materials/traffic_cone_collar.mtlx", name, "--portable", *more)
         assert (done.exit_code, done.stdout, done.stderr) == (0, "", f"wrote {name}\n")
     assert '"retroreflective"' not in Path("cone.mtlx").read_text(encoding="utf-8")
+    # The look for hosts without MaterialX is that of the document itself.
+    for name, *more in (("look.usda", "--portable"), ("itself.usda",)):
+        assert here("materials/traffic_cone_collar.mtlx", name, *more).exit_code == 0
+    portable, itself = (Path(name).read_text(encoding="utf-8") for name in ("look.usda", "itself.usda"))
+    look = itself[itself.index('def Shader "preview"') :]
+    assert "color3f inputs:diffuseColor = (0.50" in look
+    assert portable.endswith(look)
 
 
 def test_what_the_portable_form_cannot_say_is_told_and_the_rest_is_written(here):

@@ -74,7 +74,7 @@ def _layer(source: Document, path: Path, files: FileSet, options: UsdOptions) ->
         return beside if beside.startswith("../") else f"./{beside}"
 
     layer = Sdf.Layer.CreateAnonymous(unfinished.suffix)
-    previews = Previews(source.materialx, source.reach, anchored)
+    previews = Previews(source.original or source.materialx, source.reach, anchored)
     add_look = {"add_look": previews.add} if options.has_preview else {}
     try:
         findings = write_materials(source.materialx, layer, anchored, **add_look) + previews.findings
