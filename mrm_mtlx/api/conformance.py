@@ -34,7 +34,7 @@ def conformance(
     Parameters
     ----------
     target
-        glsl and essl in the OpenGL driver, osl in Cycles. Default: all.
+        glsl and essl in the OpenGL driver, osl in Cycles, storm in OpenUSD's. Default: all but storm.
     samples
         Per comparison.
     seed
@@ -54,7 +54,7 @@ def conformance(
     UnavailableError
         If an engine dies, or refuses a shader.
     """
-    from mrm_mtlx.conformance import Form, run, run_portable, targets
+    from mrm_mtlx.conformance import Form, all_targets, run, run_portable, targets
     from mrm_mtlx.conformance.report import ConformanceReport
     from mrm_mtlx.engines.base import CompileError, EngineFailure
     from mrm_mtlx.library import Origin
@@ -69,7 +69,7 @@ def conformance(
     if is_portable and Origin(library) is not Origin.MRM:
         msg = "MaterialX's own library has no portable form"
         raise ArgumentError(msg, "form")
-    chosen = check_targets(target, targets(Form(form)))
+    chosen = check_targets(target, library, all_targets(Form(form)), targets(Form(form)))
     try:
         if is_portable:
             results = tuple(run_portable(chosen, samples, seed, listener.progress))

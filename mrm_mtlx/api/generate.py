@@ -115,7 +115,7 @@ def generate(
     from mrm_mtlx.shadergen import GenerationError, OslMode, closure_targets, suffixes_of
     from mrm_mtlx.shadergen import generate as generate_shader
 
-    check_targets([target])
+    check_targets([target], library)
     check_choice("osl_mode", osl_mode, tuple(OslMode))
     if target not in closure_targets():
         forms = {"osl_mode": osl_mode, "self_contained": self_contained, "script_node": script_node}
@@ -159,24 +159,41 @@ def _precise(shader: Shader, *, stated: bool) -> tuple[Shader, list[str]]:
     return with_highp(shader), [f"{states}; here they are highp, where a host that generates has mediump"]
 
 
-def check_targets(names: str | Sequence[str], allowed: Sequence[str] | None = None) -> tuple[str, ...]:
-    """The targets asked for, each once, or all that there are.
+def check_targets(
+    names: str | Sequence[str],
+    library: LibraryName = "mrm",
+    allowed: Sequence[str] | None = None,
+    default: Sequence[str] | None = None,
+) -> tuple[str, ...]:
+    """The targets asked for, each once, or those of the default.
+
+    Parameters
+    ----------
+    names
+        None for the default.
+    library
+        Whose implementation of the flag. Hosts that generate their shaders themselves have this project's.
+    allowed, default
+        By default, all that there are, and those that the installed MaterialX generates.
 
     Raises
     ------
     ArgumentError
-        If one is not among the allowed: by default, those that can be generated.
+        If one is not among the allowed.
     """
-    if allowed is None:
-        from mrm_mtlx.shadergen import all_targets
+    from mrm_mtlx.shadergen import HOST_TARGETS, all_targets, available_targets
 
-        allowed = all_targets()
+    allowed = all_targets() if allowed is None else allowed
     names = one_or_more(names)
     unknown = [name for name in names if name not in allowed]
     if unknown:
         msg = f"{', '.join(map(str, unknown))}: expected one of {', '.join(allowed)}"
         raise ArgumentError(msg, "target")
-    return tuple(dict.fromkeys(names)) or tuple(allowed)
+    hosts = [name for name in names if name in HOST_TARGETS]
+    if hosts and library != "mrm":
+        msg = f"{', '.join(hosts)}: has a MaterialX of its own, to which the library mrm is given; not {library}"
+        raise ArgumentError(msg, "target")
+    return tuple(dict.fromkeys(names)) or tuple(available_targets() if default is None else default)
 
 
 def _in_form(element: Any, shader: Shader, self_contained: bool, script_node: bool) -> Shader:

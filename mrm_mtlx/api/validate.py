@@ -48,7 +48,7 @@ def validate(
     paths
         Documents, or folders of documents.
     target
-        Shading languages. Default: all.
+        Shading languages, and hosts that take materials (storm). Default: all that MaterialX generates.
     select, ignore
         Beginnings of codes: only findings of these rules, and none of those.
     strict
@@ -85,7 +85,7 @@ def validate(
     check_whole("seed", seed, 0)
     options = replace(
         _options(select, ignore, jobs, timeout, library, root, exclude),
-        targets=check_targets(target),
+        targets=check_targets(target, library),
         samples=samples,
         seed=seed,
         retro_sweep=retro_sweep,

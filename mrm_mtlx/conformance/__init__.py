@@ -11,17 +11,17 @@ from mrm_mtlx.conformance.cases import NODES, Case, cases
 from mrm_mtlx.conformance.new_nodes import NewCase, new_cases
 from mrm_mtlx.conformance.results import SCHEMA, Approximation, CaseResult
 from mrm_mtlx.engines import registry
-from mrm_mtlx.shadergen import TARGETS
+from mrm_mtlx.shadergen import HOST_TARGETS, TARGETS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from mrm_mtlx.engines.base import Engine
     from mrm_mtlx.library import Origin
 
 __all__ = [
     "NODES", "SCHEMA", "Approximation", "Case", "CaseResult", "Form", "NewCase",
-    "cases", "new_cases", "run", "run_portable", "targets",
+    "all_targets", "cases", "new_cases", "run", "run_portable", "targets",
 ]  # fmt: skip
 
 
@@ -40,10 +40,15 @@ def targets(form: Form = Form.LIBRARY) -> tuple[str, ...]:
     return (*_served(registry.runs), *(_served(registry.measures_closures) if form is Form.LIBRARY else ()))
 
 
-def _served(fit: Callable[[Engine], bool]) -> tuple[str, ...]:
+def all_targets(form: Form = Form.LIBRARY) -> tuple[str, ...]:
+    """Those, and the hosts that generate their shaders themselves and that an engine runs."""
+    return (*targets(form), *(_served(registry.runs, HOST_TARGETS) if form is Form.LIBRARY else ()))
+
+
+def _served(fit: Callable[[Engine], bool], names: Iterable[str] = TARGETS) -> tuple[str, ...]:
     """Targets of the engines that fit."""
     fitting = registry.targets(fit)
-    return tuple(name for name in TARGETS if name in fitting)
+    return tuple(name for name in names if name in fitting)
 
 
 def run(
@@ -61,11 +66,11 @@ def run(
     Raises
     ------
     ValueError
-        If a target is not one of `targets`.
+        If a target is not one of `all_targets`.
     """
     _check(chosen_targets, Form.LIBRARY)
     todo = list(chosen or [*cases(), *(new_cases() if origin == "mrm" else [])])
-    drawn = [target for target in _served(registry.runs) if target in chosen_targets]
+    drawn = [target for target in _served(registry.runs, (*TARGETS, *HOST_TARGETS)) if target in chosen_targets]
     steps: list[Callable[[], Iterator[CaseResult]]] = []
     if drawn:
         steps += [partial(hardware.run_case, case, drawn, samples, seed, origin) for case in todo]

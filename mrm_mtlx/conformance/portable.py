@@ -79,7 +79,9 @@ def _definitions(case: Case, target: str, engine: Engine, *, samples: int, seed:
     points = case_points(case, samples, sampling.generator(seed, case.name))
     shader = generate(renderable_elements(document)[0], target, library)
     with Oracle(Surface(renderable_elements(standard)[0]), points) as oracle, engine.compile(shader) as program:
-        return CaseResult(case, target, engine.name, compare(draw(program, points), oracle.tolerance(), points), None)
+        return CaseResult(
+            case, target, engine.name, compare(draw(program, points).colors, oracle.tolerance(), points), None
+        )
 
 
 def measure_portable(engine: Engine, target: str, sky: Sky) -> Iterator[Approximation]:

@@ -32,6 +32,7 @@ _OWN = {
     "slang": "mrm_mtlx.engines.slang:ENGINE",
     "osl": "mrm_mtlx.engines.osl:COMPILER",
     "cycles": "mrm_mtlx.engines.osl:CYCLES",
+    "storm": "mrm_mtlx.engines.storm:ENGINE",
 }
 
 # Why targets end at the source where no engine takes them.

@@ -11,6 +11,7 @@ from mrm_mtlx.reference.closures import Environment, Facets, Light, Mode, Model
 from mrm_mtlx.reference.closures.light import unit
 from mrm_mtlx.reference.float32.rounding import EXACT, Direction, Perturbation, value_sign
 from mrm_mtlx.reference.sharing import NotingLight, Values
+from mrm_mtlx.reference.versions import Numbers, installed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -51,7 +52,8 @@ class State:
 
     `images` gives the pixels of a file by its name in the document; `exact` is that of the exact evaluation of the same
     samples: what it decided, and its values that the perturbation does not touch, are taken from there. `watch` is told
-    the path of each node that is evaluated, those that it depends on first, and its value.
+    the path of each node that is evaluated, those that it depends on first, and its value. `numbers` are those of the
+    MaterialX whose shaders are evaluated.
     """
 
     points: ShadingPoints
@@ -68,6 +70,7 @@ class State:
     other_numbers: set[str] = field(default_factory=set)  # nodes whose numbers OSL has otherwise
     met: set[Deviation] = field(default_factory=set)  # where MaterialX's code may deviate
     watch: Callable[[str, Any], None] = lambda _path, _value: None
+    numbers: Numbers = field(default_factory=installed)
 
     def __post_init__(self) -> None:
         """Prepare the shading frame as the generated vertex stage and `main` do."""
@@ -75,7 +78,7 @@ class State:
         view, light = unit(self.points.view.T), np.atleast_2d(self.points.light).T
         by = self.perturbation
         self.values: Values = Values(by, None if self.exact is None else self.exact.values)
-        at = NotingLight(view, light, by.quantity, self.model, share=by.share, values=self.values)
+        at = NotingLight(view, light, by.quantity, self.model, share=by.share, values=self.values, numbers=self.numbers)
         self.light: Light = at
         environment = self.illumination.environment
         modes = [] if environment is None else [Mode.INDIRECT, Mode.TRANSMISSION]

@@ -11,6 +11,7 @@ import numpy as np
 
 from mrm_mtlx.bsdf.blocks import BLOCK, processors
 from mrm_mtlx.documents.graph import Scope, shown
+from mrm_mtlx.reference import versions
 from mrm_mtlx.reference.closures import Facets, Model
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.display import CHANNELS, SHADERS, displayed
@@ -82,6 +83,8 @@ class Surface:
     images
         Function from a file's name, as the document resolves it, to its pixels, shape (height, width, channels), row 0
         at the top; None where there is no such image.
+    version
+        Of the MaterialX whose shaders are evaluated; by default, of the one that is installed.
 
     Attributes
     ----------
@@ -104,6 +107,7 @@ class Surface:
         model: Model = Model.HARDWARE,
         images: Callable[[str], NDArray[np.floating] | None] = lambda _name: None,
         deviations: frozenset[Deviation] = frozenset(),
+        version: str = "",
     ) -> None:
         if not isinstance(element, mx.Element):
             msg = f"element is of type {type(element).__name__}, expected an element of MaterialX"
@@ -112,6 +116,7 @@ class Surface:
         self._model = model
         self._images = images
         self._deviations = deviations
+        self._numbers = versions.of(version) if version else versions.installed()
         self.met: set[Deviation] = set()
         self._document = element.getDocument()  # elements do not keep their document alive
         self._root = shown(element)
@@ -229,7 +234,10 @@ class Surface:
         exact: Evaluation | None = None,
     ) -> Evaluation:
         points = points.perturbed(perturbation.view, perturbation.light)
-        return Evaluation(points, perturbation, self._model, illumination, self._images, self._deviations, exact)
+        return Evaluation(
+            points, perturbation, self._model, illumination, self._images, self._deviations, exact,
+            numbers=self._numbers,
+        )  # fmt: skip
 
     def _color(
         self,

@@ -94,7 +94,7 @@ def passes(case: NewCase, library: DataLibrary) -> bool:
     # What is allowed, too, follows from the wrong graph.
     tolerance = expected(case, points, Surface(element).tolerance(points), library.document)
     with SurfaceProgram(generate(element, "glsl", library)) as program:
-        return compare(draw(program, points), tolerance, points).passed
+        return compare(draw(program, points).colors, tolerance, points).passed
 
 
 FACES = '<input name="in2" type="float" nodename="area_faces" />'

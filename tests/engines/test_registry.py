@@ -16,7 +16,7 @@ from mrm_mtlx.conformance import Case
 from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.engines import registry
 from mrm_mtlx.engines.base import Availability, CompiledOnly, Engine
-from mrm_mtlx.shadergen import TARGETS
+from mrm_mtlx.shadergen import HOST_TARGETS, TARGETS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -58,19 +58,19 @@ def toy(gl, others, monkeypatch) -> ModuleType:
 # The package's own ----------------------------------------------------------------------------------------------------
 
 
-def test_the_package_has_five_in_the_order_of_reports():
-    assert list(registry.engines()) == ["gl", "vulkan", "slang", "osl", "cycles"]
+def test_the_package_has_six_in_the_order_of_reports():
+    assert list(registry.engines()) == ["gl", "vulkan", "slang", "osl", "cycles", "storm"]
     for name, engine in registry.engines().items():
         assert engine.name == name
         assert engine.use
-        assert set(engine.targets) <= set(TARGETS)
+        assert set(engine.targets) <= {*TARGETS, *HOST_TARGETS}
 
 
 def test_engines_that_run_come_first_and_all_else_is_asked_by_what_it_can():
     assert [e.name for e in registry.engines_for("osl")] == ["osl", "cycles"]
-    assert registry.targets(registry.runs) == {"glsl", "essl"}
+    assert registry.targets(registry.runs) == {"glsl", "essl", "storm"}
     assert registry.targets(registry.measures_closures) == {"osl"}
-    assert registry.targets(registry.renders) == {"glsl", "essl", "osl"}
+    assert registry.targets(registry.renders) == {"glsl", "essl", "osl", "storm"}
     assert registry.engine_for("glsl", registry.measures_closures) is None
     assert registry.engine_for("osl", registry.measures_closures).name == "cycles"
 
@@ -98,7 +98,7 @@ def test_doctor_lists_it_after_the_others(toy, mrm, gl):
     assert last.startswith(f"ok {toy.ENGINE.use} ")
     assert last.endswith(f"by way of {gl.detail}")
     listed = json.loads(mrm("doctor", "--format", "json").stdout)["engines"]
-    assert list(listed) == ["gl", "vulkan", "slang", "osl", "cycles", "toy"]
+    assert list(listed) == ["gl", "vulkan", "slang", "osl", "cycles", "storm", "toy"]
 
 
 def test_validate_compares_its_target_in_worker_processes(toy, mrm, documents):
@@ -171,7 +171,7 @@ def test_render_takes_it_and_its_picture_is_that_of_the_engine_behind_it(toy, mr
     assert np.ptp(first) > 0.1
     refused = mrm("render", path, "-o", "x.exr", "--engine", "another")
     assert refused.returncode == 2
-    assert "'another': expected one of gl, cycles, toy" in " ".join(refused.stderr.split())
+    assert "'another': expected one of gl, cycles, storm, toy" in " ".join(refused.stderr.split())
 
 
 def test_a_picture_that_it_cannot_make_is_refused(toy, in_process, documents):

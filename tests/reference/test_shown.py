@@ -61,6 +61,6 @@ def test_the_output_that_is_named_is_shown(gl, make_document, library, text, pat
     points = shading_points(rng, *sample_local(rng, 64))
     tolerance = Surface(element).tolerance(points)
     with SurfaceProgram(generate(element, "glsl", library)) as program:
-        found = draw(program, points)
+        found = draw(program, points).colors
     assert np.allclose(found[0, :3], [0.1, 0.8, 0.3])
     assert compare(found, tolerance, points).passed

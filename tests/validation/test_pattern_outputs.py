@@ -90,7 +90,7 @@ def test_every_output_shows_its_value(gl, make_document, library):
     for name, element in elements(document).items():
         expectation = expected(element)
         found = drawn(element, library, expectation)
-        assert np.max(np.abs(found[0][:, :3])) > 0.1, name
+        assert np.max(np.abs(found[0].colors[:, :3])) > 0.1, name
         assert expectation.compare(found).comparison.passed, name
 
 
@@ -113,7 +113,7 @@ def test_a_pattern_that_depends_on_the_light_is_seen(gl, make_document, library,
     element = document.getDescendant("g/as_vector3")
     expectation = expected(element)
     found = list(drawn(element, library, expectation))
-    found[which] = 0.999 * found[which]  # under the light, or in the environment
+    found[which] = replace(found[which], colors=0.999 * found[which].colors)  # under the light, or in the environment
     assert not expectation.compare(tuple(found)).comparison.passed
 
 

@@ -288,7 +288,7 @@ def test_lobes_of_amount_0_are_drawn_bit_by_bit_as_the_standard_ones(gl, rng, su
     for text in (none, LOBE.format(prefix="", amount="")):
         document = surface_document(text)
         with SurfaceProgram(generate(document.getNode("m"), "glsl", library), {}) as program:
-            drawn.append(draw(program, points))
+            drawn.append(draw(program, points).colors)
     assert np.array_equal(*drawn)
     assert np.max(drawn[0]) > 1.0
 

@@ -39,6 +39,11 @@ class Capabilities:
         Whether it takes `Lighting.environment`.
     significand_bits
         Precision of its arithmetic: 24 for float32, 53 for float64.
+    color_bits, color_step
+        Precision of the colours that it gives, 11 for half floats, and the step between the smallest of them. Numbers
+        of fewer bits than float32 may be cut off to their last bit and not rounded.
+    materialx
+        Version of the MaterialX that generates the code of its programs, "" for the installed one.
     largest_batch
         The most points of one evaluation; None for any number.
     """
@@ -49,6 +54,9 @@ class Capabilities:
     lights: frozenset[type] = frozenset()
     environment: bool = False
     significand_bits: int = FLOAT32_BITS
+    color_bits: int = FLOAT32_BITS
+    color_step: float = 0.0
+    materialx: str = ""
     largest_batch: int | None = None
 
 
@@ -119,6 +127,14 @@ class Program(ABC):
         KeyError
             If a uniform is named that the shader does not have.
         """
+
+    def places(self, points: SurfacePoints, lighting: Lighting) -> SurfacePoints:
+        """The points that are evaluated in the place of these; by default these.
+
+        A renderer can shade the middles of its pixels alone: near the points that are asked for, and not there.
+        """
+        del lighting
+        return points
 
     def release(self) -> None:  # noqa: B027 -- not all hold something
         """Free what the program holds; by default nothing."""

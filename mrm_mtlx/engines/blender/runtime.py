@@ -22,6 +22,11 @@ REQUIREMENT = "bpy==5.0.*"
 PYTHON = (3, 11)
 
 
+def _as_it_is(process: BlenderProcess) -> None:
+    """Leave a server as it is."""
+    del process
+
+
 @dataclass
 class Runtime:
     """A server in Blender, of which this process has one at most.
@@ -34,17 +39,16 @@ class Runtime:
         Names of environment variables that may name an interpreter with bpy, where that is not this one; the first that
         is set counts, and the first is what messages say is to be set.
     describe
-        Function from the server's versions to the words of a state that works.
-
-    Raises
-    ------
-    EngineFailure
-        By `describe`, if it lacks something that the engine needs; the message says what.
+        Function from the server's versions to the words of a state that works; it raises an EngineFailure if something
+        is missing that the engine needs.
+    prepare
+        What is done with a server that has started, before anything else is asked of it; may raise an EngineFailure.
     """
 
     server: Server
     variables: tuple[str, ...]
     describe: Callable[[dict[str, Any]], str]
+    prepare: Callable[[BlenderProcess], None] = _as_it_is
     _running: list[BlenderProcess] = field(default_factory=list, repr=False)
     _state: Availability | None = field(default=None, repr=False)
 
@@ -90,7 +94,13 @@ class Runtime:
             chosen = self.interpreter()
             if chosen is None:
                 raise EngineFailure(f"{_why_not()}; {self._remedy()}")
-            self._running.append(BlenderProcess(chosen, self.server))
+            started = BlenderProcess(chosen, self.server)
+            try:
+                self.prepare(started)
+            except BaseException:
+                started.close()
+                raise
+            self._running.append(started)
             atexit.register(self.stop)
         return self._running[0]
 

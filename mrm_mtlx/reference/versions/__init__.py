@@ -21,6 +21,17 @@ NUMBERS = {
 }
 
 
+def of(version: str) -> Numbers:
+    """The numbers of a version of MaterialX.
+
+    Raises
+    ------
+    LookupError
+        If it is older than every version in `NUMBERS`.
+    """
+    return dialects.entry(NUMBERS, version)
+
+
 @cache
 def installed() -> Numbers:
     """The numbers of the installed MaterialX.
@@ -30,7 +41,7 @@ def installed() -> Numbers:
     LookupError
         If it is older than every version in `NUMBERS`.
     """
-    return dialects.entry(NUMBERS, dialects.materialx_version())
+    return of(dialects.materialx_version())
 
 
-__all__ = ["NUMBERS", "Numbers", "installed"]
+__all__ = ["NUMBERS", "Numbers", "installed", "of"]

@@ -18,8 +18,6 @@ from mrm_mtlx.validation.results import Stage, Status, TargetResult
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from numpy.typing import NDArray
-
     from mrm_mtlx.documents.image_checks import CheckedImages
     from mrm_mtlx.engines.base import Engine
     from mrm_mtlx.findings.finding import Finding
@@ -27,10 +25,11 @@ if TYPE_CHECKING:
     from mrm_mtlx.shadergen import Shader
     from mrm_mtlx.validation.comparison.expectation import Expectation
     from mrm_mtlx.validation.comparison.mending import Mended
-    from mrm_mtlx.validation.comparison.samples import Comparison
+    from mrm_mtlx.validation.comparison.samples import Comparison, Drawing
 
-# Functions of the languages for which derivatives are differences between neighbouring samples.
-_DERIVATIVES = re.compile(r"\b(dFdx|dFdy|fwidth|ddx|ddy|dpdx|dpdy)\b")
+# Functions of the languages for which derivatives are differences between neighbouring samples, and nodes whose code
+# has them, in materials for hosts that generate it.
+_DERIVATIVES = re.compile(r"\b(dFdx|dFdy|fwidth|ddx|ddy|dpdx|dpdy|ND_(heighttonormal|bump|hextiled\w*)_\w+)\b")
 
 
 def check_draws(
@@ -105,11 +104,11 @@ def _check(
     images: CheckedImages,
     expectation: Expectation,
     uniforms: Mapping[str, Any],
-    found: tuple[NDArray[np.floating], ...],
+    found: tuple[Drawing, ...],
     mended: Mended,
     place: str,
 ) -> tuple[TargetResult, list[Finding]]:
-    target, count = shader.target, sum(map(len, found))
+    target, count = shader.target, sum(len(drawing.points) for drawing in found)
     broken = _not_finite(found)
     if expectation.reason and not broken:
         return TargetResult(Stage.COMPILE, Status.SKIP, expectation.reason, samples=count), []
@@ -129,10 +128,12 @@ def _check(
     return _compared(verdict.comparison), [rules.UPSTREAM_DEVIATION.at(place, message)]
 
 
-def _not_finite(found: tuple[NDArray[np.floating], ...]) -> str:
+def _not_finite(found: tuple[Drawing, ...]) -> str:
     """How many of the colours are no numbers, "" if none is."""
-    bad = sum(int(np.count_nonzero(~np.isfinite(colors).all(axis=1))) for colors in found)
-    return f"{bad / sum(map(len, found)):.2%} of the samples are NaN or infinite" if bad else ""
+    bad = sum(int(np.count_nonzero(~np.isfinite(drawing.colors).all(axis=1))) for drawing in found)
+    return (
+        f"{bad / sum(len(drawing.points) for drawing in found):.2%} of the samples are NaN or infinite" if bad else ""
+    )
 
 
 def _explained(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.reference import Tolerance
     from mrm_mtlx.reference.closures import Facets
     from mrm_mtlx.reference.deviations import Deviation
-    from mrm_mtlx.validation.comparison.samples import Comparison
+    from mrm_mtlx.validation.comparison.samples import Comparison, Drawing
 
 # An environment of one colour, no two channels alike: what a lobe shows of it is its albedo, and what it lets through.
 # In ESSL, MaterialX's samplers have the language's default precision, lowp, which holds these numbers exactly.
@@ -100,7 +100,7 @@ class Expectation:
         l[_BELOW::_DIRECTIONS, 2] *= -1.0
         lit = sampling.shading_points(rng, v, l, sampling.geometric_properties(rng, kinds, samples))
         self._points = lit, lit.part(slice(0, -(-samples // _DIRECTIONS)))
-        self._tolerances: dict[frozenset[Deviation], list[Tolerance]] = {}
+        self._tolerances: dict[tuple[int, frozenset[Deviation]], Tolerance] = {}
 
     def _prepare(self, rng: np.random.Generator) -> Mapping[str, str]:
         """Make the reference, or find the reason why there is none; the geometric properties that it asks for."""
@@ -121,7 +121,7 @@ class Expectation:
         """Path of the node whose value in the reference is the first that is no finite number, or ""."""
         return "" if self.surface is None else self.surface.not_finite(self._points[0])
 
-    def draw(self, program: Program, uniforms: Mapping[str, Any] | None = None) -> tuple[NDArray[np.floating], ...]:
+    def draw(self, program: Program, uniforms: Mapping[str, Any] | None = None) -> tuple[Drawing, ...]:
         """Colours that a shader gives for the samples: under the light and, where it takes one, in the environment."""
         pixel = np.full((1, 1, 3), _ENVIRONMENT, dtype=np.float32)
         lighting = [Lighting(DirectionalLight(sampling.LIGHT))]
@@ -129,7 +129,7 @@ class Expectation:
             lighting.append(Lighting(environment=DrawnEnvironment(pixel, pixel, _DIRECTIONS)))
         return tuple(draw(program, p, uniforms, at) for p, at in zip(self._points, lighting, strict=False))
 
-    def compare(self, found: tuple[NDArray[np.floating], ...]) -> Verdict:
+    def compare(self, found: tuple[Drawing, ...]) -> Verdict:
         """Compare what was drawn with the reference, which there must be.
 
         Where it is not what the specification says, it may be what MaterialX is known to make of it.
@@ -148,19 +148,29 @@ class Expectation:
                 as_known, known = without, fewer
         return Verdict(as_known, known, true)
 
-    def _compare(self, found: tuple[NDArray[np.floating], ...], deviations: frozenset[Deviation]) -> Comparison:
+    def _compare(self, found: tuple[Drawing, ...], deviations: frozenset[Deviation]) -> Comparison:
         """The comparisons under the light and in the environment as one."""
-        if deviations not in self._tolerances:
-            surface = self.surface
-            if deviations or surface is None:
-                surface = Surface(self._element, images=self._images, deviations=deviations)
-            around = Illumination(light=False, environment=Environment.constant(_ENVIRONMENT, _DIRECTIONS))
-            lit, few = self._points
-            self._tolerances[deviations] = [surface.tolerance(lit), surface.tolerance(few, around)]
-            self._met |= surface.met
-        expected = self._tolerances[deviations]
-        # An engine without environments gave the colours under the light alone.
-        return reduce(worse, (compare(*each) for each in zip(found, expected, self._points, strict=False)))
+        compared = []
+        for index, drawing in enumerate(found):  # an engine without environments gave the colours under the light alone
+            tolerance = drawing.allowed(self._tolerance(index, drawing, deviations))
+            compared.append(compare(drawing.colors, tolerance, drawing.points))
+        return reduce(worse, compared)
+
+    def _tolerance(self, index: int, drawing: Drawing, deviations: frozenset[Deviation]) -> Tolerance:
+        """What is expected at the points of a drawing, under the light, index 0, or in the environment."""
+        points, version = drawing.points, drawing.capabilities.materialx
+        asked_for = points is self._points[index] and not version
+        if asked_for and (index, deviations) in self._tolerances:
+            return self._tolerances[index, deviations]
+        surface = self.surface
+        if deviations or surface is None or version:
+            surface = Surface(self._element, images=self._images, deviations=deviations, version=version)
+        around = Illumination(light=False, environment=Environment.constant(_ENVIRONMENT, _DIRECTIONS))
+        found = surface.tolerance(points, around) if index else surface.tolerance(points)
+        self._met |= surface.met
+        if asked_for:
+            self._tolerances[index, deviations] = found
+        return found
 
 
 def shape_of(facets: Facets) -> sampling.LobeShape:

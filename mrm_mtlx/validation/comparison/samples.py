@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrm_mtlx.engines.base import DirectionalLight, Lighting, SurfacePoints, evaluate_all
+from mrm_mtlx.engines.base import FLOAT32_BITS, DirectionalLight, Lighting, SurfacePoints, evaluate_all
+from mrm_mtlx.reference import Tolerance
 from mrm_mtlx.validation.comparison.sampling import local_directions
 
 if TYPE_CHECKING:
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from mrm_mtlx.engines.base import Program
-    from mrm_mtlx.reference import ShadingPoints, Tolerance
+    from mrm_mtlx.engines.base import Capabilities, Program
+    from mrm_mtlx.reference import ShadingPoints
 
 
 @dataclass(frozen=True)
@@ -54,18 +55,56 @@ class Comparison:
         return self.differing == 0
 
 
+@dataclass(frozen=True)
+class Drawing:
+    """What a shader gave for samples.
+
+    Attributes
+    ----------
+    colors : shape (samples, 4)
+    points
+        The samples where they were drawn; those that were asked for, unless the engine has places of its own.
+    capabilities
+        Of the program, whose colours may have fewer bits than float32.
+    """
+
+    colors: NDArray[np.floating]
+    points: ShadingPoints
+    capabilities: Capabilities
+
+    def allowed(self, tolerance: Tolerance) -> Tolerance:
+        """The tolerance of the reference at the points, and what the colours lose in their bits.
+
+        Half floats may be cut off to their last bit (OpenGL leaves the rounding open), and have fewer bits in the
+        range of their smallest numbers.
+        """
+        if self.capabilities.color_bits >= FLOAT32_BITS:
+            return tolerance
+        lost = 2.0 ** (1 - self.capabilities.color_bits) * np.abs(tolerance.expected) + self.capabilities.color_step
+        return Tolerance(tolerance.expected, tolerance.allowed + lost)
+
+
 def draw(
     program: Program,
     points: ShadingPoints,
     uniforms: Mapping[str, Any] | None = None,
     lighting: Lighting | None = None,
-) -> NDArray[np.floating]:
-    """Colours that the shader gives for the samples, and their alpha, (samples, 4).
+) -> Drawing:
+    """Colours that the shader gives for the samples, and their alpha.
 
     Without `lighting`, under the one directional light of the samples, of unit irradiance.
     """
     at = SurfacePoints(points.position, points.normal, points.tangent, points.texcoord, points.properties)
-    return evaluate_all(program, at, lighting or Lighting(DirectionalLight(tuple(points.light))), uniforms)
+    light = lighting or Lighting(DirectionalLight(tuple(points.light)))
+    placed = program.places(at, light)
+    if placed is not at:
+        view = np.asarray(light.view_position) - placed.position
+        view /= np.linalg.norm(view, axis=1, keepdims=True)
+        position, normal, tangent = (
+            np.asarray(a, dtype=float) for a in (placed.position, placed.normal, placed.tangent)
+        )
+        points = replace(points, view=view, position=position, normal=normal, tangent=tangent)
+    return Drawing(evaluate_all(program, at, light, uniforms), points, program.capabilities)
 
 
 def compare(found: NDArray[np.floating], tolerance: Tolerance, points: ShadingPoints) -> Comparison:

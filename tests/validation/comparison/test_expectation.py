@@ -49,7 +49,7 @@ def drawn(expectation, shader, old="", new=""):
 def test_light_and_surroundings_are_drawn_and_compared(gl, glass):
     _, expectation, shader = glass
     found = drawn(expectation, shader)
-    assert [len(colors) for colors in found] == [SAMPLES, SAMPLES // 16]
+    assert [len(drawing.colors) for drawing in found] == [SAMPLES, SAMPLES // 16]
     comparison = expectation.compare(found).comparison
     assert comparison.passed
     assert comparison.samples == SAMPLES + SAMPLES // 16

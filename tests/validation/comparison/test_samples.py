@@ -115,11 +115,11 @@ def compared(gl, surface_document, library):
 
     def run(old: str = "", new: str = "", **uniforms: object):
         if not old:
-            return compare(draw(whole, points, uniforms or None), tolerance, points)
+            return compare(draw(whole, points, uniforms or None).colors, tolerance, points)
         pixel = shader.sources["pixel"].replace(old, new)
         assert pixel != shader.sources["pixel"]
         with SurfaceProgram(replace(shader, sources={**shader.sources, "pixel": pixel})) as damaged:
-            return compare(draw(damaged, points), tolerance, points)
+            return compare(draw(damaged, points).colors, tolerance, points)
 
     yield run
     whole.release()
