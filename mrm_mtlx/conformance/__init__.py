@@ -87,7 +87,7 @@ def run_portable(
     Raises
     ------
     ValueError
-        If a target is not one of `targets`.
+        If a target is not one of `all_targets`.
     """
     _check(chosen_targets, Form.PORTABLE)
     drawn = [target for target in _served(registry.runs) if target in chosen_targets]
@@ -95,7 +95,7 @@ def run_portable(
 
 
 def _check(chosen_targets: Sequence[str], form: Form) -> None:
-    known = targets(form)
+    known = all_targets(form)
     unknown = sorted(set(chosen_targets) - set(known))
     if unknown:
         msg = f"conformance runs on {', '.join(known)}, not on {', '.join(unknown)}"
