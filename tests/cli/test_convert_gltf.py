@@ -107,3 +107,19 @@ def test_the_commands_of_the_page_run(gl, in_process, collar, tmp_path, reposito
     assert [m["extensions"] for m in again] == [m["extensions"] for m in collar["materials"]]
     assert "INTERCHANGE_LOST /M_traffic_cone_collar: as glTF, its values differ by up to" in told
     assert "warning INTERCHANGE_APPROXIMATED /M_shoe_trim: glTF has no form for it: its sides differ in" in told
+
+
+def test_the_command_of_three_js_page_writes_what_its_class_reads(in_process, tmp_path, repository, page_commands):
+    (tmp_path / "materials").symlink_to(repository / "materials")
+    ((name, *arguments),) = page_commands("hosts/threejs.md")
+    assert in_process(name, *arguments).exit_code == 0
+    content = (tmp_path / "traffic_cone_collar.glb").read_bytes()
+    data = json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+    (material,) = data["materials"]
+    assert material["extensions"]["KHR_materials_retroreflection"] == {"retroreflectionFactor": 1.0}
+    # The page shows the class as the file beside it has it.
+    folder = repository / "docs" / "hosts"
+    code = (folder / "khr_materials_retroreflection.js").read_text(encoding="utf-8")
+    assert f"```js\n{code}```" in (folder / "threejs.md").read_text(encoding="utf-8")
+    assert "'KHR_materials_retroreflection'" in code
+    assert "retroreflectionFactor" in code

@@ -23,6 +23,15 @@ def here(in_process, tmp_path):
     return in_process
 
 
+def test_the_commands_of_omniverses_page_run(here, page_commands):
+    commands = page_commands("hosts/omniverse.md")
+    assert [command[0] for command in commands] == ["convert", "convert"]
+    for command in commands:
+        done = here(*command)
+        assert done.exit_code == 0, done.stderr
+        assert 'uniform token info:id = "UsdPreviewSurface"' in Path("collar.usda").read_text(encoding="utf-8")
+
+
 def test_the_commands_of_the_page_run(here, page_commands, gl):
     commands = page_commands("usd.md")
     assert {command[0] for command in commands} >= {"convert", "validate", "render", "library"}
