@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-# The shader's parameters are the last list that opens with a parenthesis on a line of its own.
-_OPENING, _CLOSING = "\n(\n", "\n)\n{\n"
+from mrm_mtlx.shadergen.generate import GenerationError
+
+# The shader comes last; what opens and closes its list of parameters has lines of its own.
+_SHADER, _OPENING, _CLOSING = "\nshader ", "\n(\n", "\n)\n{\n"
 _DECLARATION = re.compile(r"    (?P<output>output )?(?P<type>\w+) (?P<name>\w+) = (?P<value>.*?),?")
 
 
@@ -39,20 +41,21 @@ def split(source: str) -> tuple[str, list[Parameter], str]:
 
     Raises
     ------
-    ValueError
+    GenerationError
         If the source has no list of parameters as MaterialX writes one.
     """
-    head, opening, rest = source.rpartition(_OPENING)
+    before, shader, rest = source.rpartition(_SHADER)
+    name, opening, rest = rest.partition(_OPENING)
     listed, closing, body = rest.partition(_CLOSING)
-    if not (opening and closing):
-        msg = "the source has no list of parameters as MaterialX writes one"
-        raise ValueError(msg)
+    if not (shader and opening and closing):
+        msg = "the source has no shader with a list of parameters as MaterialX writes one"
+        raise GenerationError(msg)
     parameters = []
     for line in listed.split("\n"):
         found = _DECLARATION.fullmatch(line)
         if found:  # the other lines are metadata
             parameters.append(Parameter(found["name"], found["type"], found["value"], bool(found["output"])))
-    return head, parameters, body
+    return before + shader + name, parameters, body
 
 
 def joined(head: str, parameters: list[Parameter], body: str) -> str:

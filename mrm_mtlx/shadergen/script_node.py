@@ -6,6 +6,7 @@ inputs: `u` and `v` are barycentric there, and `dPdu` lies along an edge of a tr
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +24,10 @@ _LABELS = {UV: "UV", TANGENT: "Tangent"}
 
 # What MaterialX writes for texture coordinates and for the axes of the surface, and what stands for it.
 _COORDINATES = {"vector2(u,v)": f"vector2({UV}[0],{UV}[1])", "vector(u,v,0)": f"vector({UV}[0],{UV}[1],0)"}
-_AXES = {"normalize(dPdu)": "mrm_along", "normalize(dPdv)": "mrm_across"}
+_AXIS = re.compile(r"\bdPd([uv])\b")
 _FRAME = f"""\
-    vector mrm_along = normalize(dot({TANGENT}, {TANGENT}) > 0.0 ? {TANGENT} : vector(dPdu));
-    vector mrm_across = normalize(cross(N, mrm_along));
+    vector mrm_along_u = dot({TANGENT}, {TANGENT}) > 0.0 ? {TANGENT} : vector(dPdu);
+    vector mrm_along_v = cross(N, mrm_along_u);
 """
 
 
@@ -91,17 +92,15 @@ def with_mesh_inputs(source: str) -> str:
     Images are turned upside down: MaterialX has v grow upward, the texture lookup of Cycles downward.
     """
     source = source.replace("    return texcoord;", "    return vector2(texcoord.x, 1.0 - texcoord.y);")
-    if not any(old in source for old in (*_COORDINATES, *_AXES)):
-        return source
     wanted = [UV] if any(old in source for old in _COORDINATES) else []
+    if not wanted and not _AXIS.search(source):
+        return source
     for old, new in _COORDINATES.items():
         source = source.replace(old, new)
     head, parameters, body = split(source)
-    if any(old in body for old in _AXES):
+    if _AXIS.search(body):
         wanted.append(TANGENT)
-        for old, new in _AXES.items():
-            body = body.replace(old, new)
-        body = _FRAME + body
+        body = _FRAME + _AXIS.sub(r"mrm_along_\1", body)
     inputs = [Parameter(name, "vector", "vector(0.0)") for name in wanted]
     return joined(head, [*parameters[:-1], *inputs, parameters[-1]], body)
 

@@ -22,7 +22,7 @@ import pytest
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.base import EngineFailure
 from mrm_mtlx.engines.blender.process import BlenderProcess
-from mrm_mtlx.engines.blender.runtime import PYTHON, REQUIREMENT
+from mrm_mtlx.engines.blender.runtime import WHEELS
 from mrm_mtlx.engines.osl import process
 from mrm_mtlx.system.writing import replacing
 
@@ -191,23 +191,24 @@ def without_bpy(monkeypatch: pytest.MonkeyPatch, fresh: Path) -> None:
     monkeypatch.setitem(sys.modules, "bpy", None)  # the import system's own mark of a module that is not there
 
 
-def test_without_bpy_the_reason_and_its_remedy_fit_the_version_of_python(without_bpy, monkeypatch):
-    monkeypatch.setattr(sys, "version_info", Version(*PYTHON, 9))
+@pytest.mark.parametrize("python", WHEELS)
+def test_without_bpy_the_reason_and_its_remedy_fit_the_version_of_python(without_bpy, monkeypatch, python):
+    monkeypatch.setattr(sys, "version_info", Version(*python, 9))
     state = process.RUNTIME.tried()
     assert_absent(state, "bpy is not installed")
     assert state.detail == "bpy is not installed"
     assert state.remedy == "pip install 'mrm-mtlx[osl]'"
 
 
-def test_another_python_is_told_of_the_one_that_bpy_is_for(without_bpy, monkeypatch):
-    monkeypatch.setattr(sys, "version_info", Version(3, 13, 1))
+def test_another_python_is_told_of_those_that_bpy_is_for(without_bpy, monkeypatch):
+    monkeypatch.setattr(sys, "version_info", Version(3, 12, 1))
     state = process.RUNTIME.tried()
-    assert_absent(state, "its wheel is for Python 3.11 alone (this is 3.13)")
+    assert_absent(state, "its wheels are for Python 3.11 and 3.13 (this is 3.12)")
     # A command for the other Python: an extra of this package would not resolve here.
     assert state.remedy.startswith("python3.11 -m venv ")
-    assert f"pip install '{REQUIREMENT}'" in state.remedy
+    assert "pip install 'bpy==5.0.*'" in state.remedy
     assert process.VARIABLE in state.remedy
-    with pytest.raises(EngineFailure, match=r"its wheel is for Python 3\.11 alone .*; python3\.11 -m venv"):
+    with pytest.raises(EngineFailure, match=r"its wheels are for Python 3\.11 and 3\.13 .*; python3\.11 -m venv"):
         process.runtime()
 
 

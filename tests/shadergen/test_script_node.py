@@ -265,5 +265,6 @@ def test_parameters_come_apart_and_together_again(ready, library):
     parts = split(source)
     assert {"surfaceshader", "vector2", "float", "color", "string", "int"} <= {p.type for p in parts[1]}
     assert split(joined(*parts)) == parts
-    with pytest.raises(ValueError, match="no list of parameters"):
-        split("shader s() {}")
+    for other in ("shader s() {}", "\nshader s\n(\n", "\n(\n\n)\n{\n}"):
+        with pytest.raises(GenerationError, match="no shader with a list of parameters"):
+            split(other)

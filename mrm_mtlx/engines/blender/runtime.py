@@ -17,9 +17,9 @@ from mrm_mtlx.engines.blender.process import BlenderProcess, Server
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-# The version that the facts of the engines were measured with; the script node's interface may change with Blender 6.
-REQUIREMENT = "bpy==5.0.*"
-PYTHON = (3, 11)
+# The wheel for each Python that there is one for. The facts of the engines were measured with the first; the script
+# node's interface may change with Blender 6.
+WHEELS = {(3, 11): "bpy==5.0.*", (3, 13): "bpy==5.1.*"}
 
 
 def _as_it_is(process: BlenderProcess) -> None:
@@ -120,16 +120,20 @@ class Runtime:
         named = next((name for name in self.variables if os.environ.get(name)), None)
         if named:
             return f"set {named} to an interpreter that has bpy, or unset it"
-        if sys.version_info[:2] == PYTHON:
+        if sys.version_info[:2] in WHEELS:
             return "pip install 'mrm-mtlx[osl]'"
-        python = f"python{PYTHON[0]}.{PYTHON[1]}"
-        return (
-            f"{python} -m venv osl && osl/bin/pip install '{REQUIREMENT}', then set {self.variables[0]}=osl/bin/python"
-        )
+        version, wheel = next(iter(WHEELS.items()))
+        python = f"python{_dotted(version)}"
+        return f"{python} -m venv osl && osl/bin/pip install '{wheel}', then set {self.variables[0]}=osl/bin/python"
 
 
 def _why_not() -> str:
-    if sys.version_info[:2] == PYTHON:
+    here = sys.version_info[:2]
+    if here in WHEELS:
         return "bpy is not installed"
-    here = f"{sys.version_info.major}.{sys.version_info.minor}"
-    return f"bpy is not installed, and its wheel is for Python {PYTHON[0]}.{PYTHON[1]} alone (this is {here})"
+    served = " and ".join(map(_dotted, WHEELS))
+    return f"bpy is not installed, and its wheels are for Python {served} (this is {_dotted(here)})"
+
+
+def _dotted(version: tuple[int, int]) -> str:
+    return ".".join(map(str, version))

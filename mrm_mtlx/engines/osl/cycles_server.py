@@ -70,7 +70,8 @@ def render(arrays, shader, camera, takes, world, samples, bounces, seed, threads
     add_mesh(scene, arrays, make_material(shader, arrays), camera["alone"])
     add_camera(scene, camera)
     picture = scene.render.image_settings
-    picture.media_type = "MULTI_LAYER_IMAGE"
+    if hasattr(picture, "media_type"):  # since Blender 5.0
+        picture.media_type = "MULTI_LAYER_IMAGE"
     picture.file_format, picture.color_depth, picture.exr_codec = "OPEN_EXR_MULTILAYER", "32", "NONE"
     # Between takes only the lights change: mesh and compiled shader stay, which is most of the time.
     scene.render.use_persistent_data = len(takes) > 1
