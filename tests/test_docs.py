@@ -33,6 +33,7 @@ PAGES = (
     "docs/hosts.md",
     "docs/hosts/maya.md",
     "docs/hosts/omniverse.md",
+    "docs/hosts/blender.md",
     "docs/hosts/openusd.md",
     "docs/hosts/threejs.md",
     "docs/model.md",
@@ -135,6 +136,11 @@ COMMANDS = {
         "python -m tools.environments ENVIRONMENTS 1.39.2 1.39.4 "
         '--run "conformance --target glsl --target essl --samples 8192" --run "validate materials"'
     ): "(needs the package index; .ci/run does it, tests/tools/test_environments.py a part)",
+    "python -m tools.blender_extension -o dist": None,
+    "python -m tools.blender_extension --previews": "(tests/tools/test_blender_extension.py draws one)",
+    "python -m tools.blender_extension.figures -o docs/images": (
+        "(takes minutes; tests/extension/test_first_steps.py draws small ones)"
+    ),
     "pytest -m versions": "(needs the package index)",
     "python -m tools.trace_files": "(takes minutes; tests/hostile/test_trace.py runs a part)",
     "mrm vectors --format csv -o vectors.csv": "(tests/cli/test_vectors.py writes them)",

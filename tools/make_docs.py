@@ -54,6 +54,8 @@ _R_A = "photometry materials/conspicuity_tape_white.mtlx --class DOT-C2 --color 
 PICTURES = ("compare.png", "materials.png", "gltf.png", "osl.png")
 FORMAT_PICTURES = ("gltf-nearest.png", "usd-preview.png")
 _FORMAT_PICTURES = Product(("-m", "tools.format_pictures", "-o", "{folder}"), minutes=True)
+BLENDER_PICTURES = ("blender-first.png", "blender-materials.png")
+_BLENDER = Product(("-m", "tools.blender_extension.figures", "-o", "{folder}"), minutes=True)
 _PICTURES = Product(("-m", "tools.pictures", "-o", "{folder}"), minutes=True)
 PRODUCTS = {
     "rules.md": Product((*MRM, "rules", "--markdown")),
@@ -66,6 +68,7 @@ PRODUCTS = {
     "images/classes.png": Product(("-m", "tools.classes_page", "--picture", "{file}"), minutes=True),
     **{f"images/{name}": _PICTURES for name in PICTURES},
     **{f"images/{name}": _FORMAT_PICTURES for name in FORMAT_PICTURES},
+    **{f"images/{name}": _BLENDER for name in BLENDER_PICTURES},
 }
 _NUMBER = re.compile(r"-?\d+\.\d+|-?\d+")
 # A fiftieth of a line's width, in points.

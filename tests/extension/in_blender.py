@@ -9,6 +9,7 @@ import json
 import os
 import subprocess
 import sys
+import types
 import warnings
 from pathlib import Path
 
@@ -154,6 +155,64 @@ def add_node():
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.context.space_data.path.append(group(1).id_data)
         return click("add_node", 1, material="licence_plate")
+
+
+class Layout:
+    """Notes what is drawn, and refuses what Blender's own layout does not know; a module has no window to draw in."""
+
+    def __init__(self):
+        self.items = []
+
+    def __getattr__(self, name):
+        known = bpy.types.UILayout.bl_rna.functions[name].parameters
+
+        def draw(*arguments, **named):
+            names = [each.identifier for each in known if not each.is_output]
+            given = {**dict(zip(names, arguments, strict=False)), **named}
+            for key, value in given.items():
+                assert key in names, f"{name} has no {key}"
+                assert known[key].type != "ENUM" or value in known[key].enum_items, f"{name}: no {value}"
+            if name == "row":
+                return self
+            options = types.SimpleNamespace()
+            self.items.append([name, given, options])
+            return options
+
+        return draw
+
+
+def drawn():
+    """What a user sees of the extension: items of the menus, and of the panel for the right sphere."""
+    click("set_mode", 1, mode="aligned")
+    window = bpy.context.window_manager.windows[0]
+    area = window.screen.areas[0]
+    area.type, area.ui_type = "NODE_EDITOR", "ShaderNodeTree"
+    seen = {}
+    with bpy.context.temp_override(window=window, area=area, material=bpy.context.object.active_material):
+        for name in MENUS:
+            parts = (f for f in getattr(bpy.types, name).draw._draw_funcs if NAME in f.__module__)
+            seen[name] = _items(next(parts))
+        for name in ("MRM_MT_materials", "MRM_MT_nodes", "MRM_PT_material"):
+            cls = getattr(bpy.types, name)
+            assert not hasattr(cls, "poll") or cls.poll(bpy.context)
+            seen[name] = _items(cls.draw)
+    return seen
+
+
+def _items(draw):
+    """What a function draws: names of menus and texts, and operators with their options, all of which there are."""
+    layout = Layout()
+    draw(types.SimpleNamespace(layout=layout), bpy.context)
+    found = []
+    for name, given, options in layout.items:
+        if name == "operator":
+            space, operator = given["operator"].split(".")
+            properties = getattr(getattr(bpy.ops, space), operator).get_rna_type().properties
+            for key, value in vars(options).items():
+                assert value in properties[key].enum_items
+        found.append([given.get("operator") or given.get("menu") or given.get("text") or name, vars(options)])
+        assert "menu" not in given or hasattr(bpy.types, given["menu"])
+    return found
 
 
 def validate(archive):

@@ -56,6 +56,7 @@ def steps(zipped: Path, folder: Path) -> list[tuple[str, dict[str, Any]]]:
         ("add_node", {}),
         ("counts", {}),
         ("assets", {}),
+        ("drawn", {}),
         ("hook_off", {}),
         ("render", {"engine": "HYDRA_STORM", "picture": picture["off"]}),
         ("uninstall", {}),
@@ -88,6 +89,7 @@ NAMES = (
     "node",
     "with node",
     "assets",
+    "drawn",
     "hook off",
     "off",
     "removed",
@@ -152,6 +154,18 @@ def test_without_an_object_the_user_is_told(seen):
 def test_a_node_is_added_to_the_material_that_is_edited(seen):
     assert seen["node"] == ["FINISHED"]
     assert seen["with node"]["node_groups"] == seen["two materials"]["node_groups"] + 2  # the exact one, and this
+
+
+def test_the_menus_have_each_material_and_the_panel_its_modes(seen):
+    here = seen["drawn"]
+    assert here["VIEW3D_MT_add"] == here["MATERIAL_MT_context_menu"] == [["MRM_MT_materials", {}]]
+    assert here["NODE_MT_add"] == [["MRM_MT_nodes", {}]]
+    for menu, operator in (("MRM_MT_materials", "mrm.add_material"), ("MRM_MT_nodes", "mrm.add_node")):
+        assert [options["material"] for name, options in here[menu] if name == operator] == MATERIALS
+    assert here["MRM_MT_materials"][-1] == ["mrm.add_headlight", {}]
+    modes = [["mrm.set_mode", {"mode": mode}] for mode in ("aligned", "cycles")]
+    # Storm has been the engine last, and lacks nothing.
+    assert here["MRM_PT_material"] == [*modes, ["mrm.add_headlight", {}]]
 
 
 def test_the_light_hangs_on_the_camera(seen):

@@ -8,12 +8,15 @@ import zipfile
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from pxr import Sdf
 
+from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.library import materials_folder
 from mrm_mtlx.library.assembly import node_library_files
 from mrm_mtlx.system.versions import __version__
+from tools.blender_extension import previews
 from tools.blender_extension.__main__ import main
 from tools.blender_extension.archive import archive
 from tools.blender_extension.contents import VERSIONS, contents
@@ -21,6 +24,9 @@ from tools.blender_extension.contents import VERSIONS, contents
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+PREVIEWS = previews.PREVIEWS
+# Of a picture's values: drivers differ by a step of 8 bits in some of its pixels.
+ROUNDINGS = 1.0 / 255.0
 MATERIALS = sorted(path.stem for path in materials_folder().glob("*.mtlx"))
 
 
@@ -123,3 +129,11 @@ def test_the_colour_by_day_is_that_of_the_reference(described):
     assert grey == pytest.approx({"cats_eye": 0.033, "traffic_cone_collar": 0.484}, abs=5e-4)
     red, green, blue = described["prismatic_tape_orange"]["by_day"]
     assert red > green > blue
+
+
+def test_a_preview_is_the_picture_that_is_drawn_again(gl, tmp_path, monkeypatch):
+    monkeypatch.setattr(previews, "PREVIEWS", tmp_path)
+    previews.draw_previews([materials_folder() / "cats_eye.mtlx"])
+    again, kept = (read_image(folder / "cats_eye.png") for folder in (tmp_path, PREVIEWS))
+    assert again.shape == (previews.SIZE, previews.SIZE, 3)
+    assert np.abs(again - kept).mean() < ROUNDINGS
