@@ -20,7 +20,7 @@ from mrm_mtlx.engines import gl, osl
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.library import load_library, materials_folder
-from mrm_mtlx.render import path_traced, picture
+from mrm_mtlx.render import picture, scenes
 from mrm_mtlx.shadergen import OslMode, renderable_elements
 
 mpl.use("Agg")
@@ -106,11 +106,11 @@ def five_in_osl(target: Path) -> None:
             options = picture.PictureOptions(shape, angle, FIVE_PANEL, None, compare=False)
             panels = [in_opengl(path, library, options)]
             panels += [
-                path_traced.render(
+                scenes.render(
                     *renderable(path, library),
                     Reach.beside(path),
                     options,
-                    osl.CYCLES.path_tracer,
+                    osl.CYCLES.scene_renderer,
                     paths=32,
                     mode=mode,
                 )

@@ -172,7 +172,7 @@ def render(
         _check_output(target, "output")
     _check_numbers(size, exposure, paths, seed)
     chosen = _engine(engine)
-    if chosen.path_tracer is None:
+    if not _traces_paths(chosen):
         of_paths = {"paths": paths, "seed": seed or None, "osl_mode": osl_mode}
         refuse(of_paths, f"only with an engine that traces paths: `engine` {' or '.join(_tracers())}")
     angle = _light_angle(light)
@@ -214,8 +214,8 @@ class _Job:
         try:
             options = self._options()
             child.allow(picture.memory(options))
-            if self.engine.path_tracer is not None:
-                return self._traced(options, paths, seed, mode), 1
+            if self.engine.scene_renderer is not None:
+                return self._scene(options, paths, seed, mode), 1
             surface = (self.opened.element(name), self.opened.library, self.opened.source.reach)
             return picture.render(*surface, options, self.engine), picture.OVERSAMPLING
         except ImagesTooLargeError as error:
@@ -243,18 +243,18 @@ class _Job:
             raise ArgumentError(getattr(error, "message", str(error)), "environment") from error
         return PictureOptions(str(shape), angle, size, environment, compare)
 
-    def _traced(self, options: PictureOptions, paths: int, seed: int, mode: str) -> NDArray[np.floating]:
-        from mrm_mtlx.render import path_traced
+    def _scene(self, options: PictureOptions, paths: int, seed: int, mode: str) -> NDArray[np.floating]:
+        from mrm_mtlx.render import scenes
         from mrm_mtlx.shadergen import OslMode
 
-        assert self.engine.path_tracer is not None
+        assert self.engine.scene_renderer is not None
         document = self.opened.document.copy()  # the names of its files are changed
-        return path_traced.render(
+        return scenes.render(
             document.getDescendant(self.opened.elements[0]),
             self.opened.library,
             self.opened.source.reach,
             options,
-            self.engine.path_tracer,
+            self.engine.scene_renderer,
             paths=paths,
             seed=seed,
             mode=OslMode(mode),
@@ -272,7 +272,11 @@ def engine_names() -> list[str]:
 def _tracers() -> list[str]:
     from mrm_mtlx.engines import registry
 
-    return [name for name, engine in registry.engines().items() if engine.path_tracer is not None]
+    return [name for name, engine in registry.engines().items() if _traces_paths(engine)]
+
+
+def _traces_paths(engine: Engine) -> bool:
+    return engine.scene_renderer is not None and engine.scene_renderer.traces_paths
 
 
 def _engine(name: str | None) -> Engine:

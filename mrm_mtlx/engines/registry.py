@@ -90,7 +90,7 @@ def measures_closures(engine: Engine) -> bool:
 
 def renders(engine: Engine) -> bool:
     """True if an engine can make a picture."""
-    return runs(engine) or engine.path_tracer is not None
+    return runs(engine) or engine.scene_renderer is not None
 
 
 def targets(fit: Callable[[Engine], bool]) -> frozenset[str]:

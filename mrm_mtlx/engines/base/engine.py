@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mrm_mtlx.engines.base.availability import Availability
     from mrm_mtlx.engines.base.closures import ClosureBench
     from mrm_mtlx.engines.base.program import Program
-    from mrm_mtlx.engines.base.tracing import PathTracer
+    from mrm_mtlx.engines.base.scenes import SceneRenderer
     from mrm_mtlx.shadergen import Shader
 
 
@@ -35,8 +35,8 @@ class Engine(ABC):
         What its programs can be asked for.
     bench
         Measures what closures reflect, in a renderer of OSL, whose shaders return no colour; else None.
-    path_tracer
-        Renders pictures by tracing paths; else None.
+    scene_renderer
+        Renders whole pictures of meshes; else None.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Engine(ABC):
     targets: tuple[str, ...]
     capabilities: Capabilities = Capabilities()
     bench: ClosureBench | None = None
-    path_tracer: PathTracer | None = None
+    scene_renderer: SceneRenderer | None = None
 
     @abstractmethod
     def availability(self) -> Availability:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.engines.base import CompiledOnly, Engine
 from mrm_mtlx.engines.osl import compiler, process
 from mrm_mtlx.engines.osl.bench import CyclesBench
-from mrm_mtlx.engines.osl.tracer import CyclesTracer
+from mrm_mtlx.engines.osl.renderer import CyclesRenderer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,7 +48,7 @@ class Cycles(Engine):
     use = "runs and renders OSL"
     targets = ("osl",)
     bench = CyclesBench(name, *targets)
-    path_tracer = CyclesTracer(*targets)
+    scene_renderer = CyclesRenderer(*targets)
 
     def availability(self) -> Availability:
         """As `Engine.availability`; the detail names the versions of Cycles and OSL."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from mrm_mtlx.engines.base import CompileError, CompileMessage, EngineFailure, looking_along
 from mrm_mtlx.engines.storm import process
 from mrm_mtlx.engines.storm.messages import complaints
+from mrm_mtlx.system.process_limits import MAXIMUM_MEMORY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from mrm_mtlx.engines.storm.material import Material
 
 _SERIAL = itertools.count()
+
+# Memory that Storm's process may have taken before it is started anew [bytes]: half of what a process may take.
+_MOST_MEMORY = MAXIMUM_MEMORY // 2
 
 
 def draw(
@@ -52,15 +55,9 @@ def draw(
     if not takes:
         return []
     runtime = process.RUNTIME.process()
-    # A material keeps its name, by which Storm knows it again.
-    path = runtime.folder / f"material_{hashlib.sha256(material.source.encode()).hexdigest()}.usda"
+    path = material.written(runtime.folder)
     serial = next(_SERIAL)
     outputs = [runtime.folder / f"picture_{serial}_{number}.exr" for number in range(len(takes))]
-    try:
-        if not path.is_file():
-            path.write_text(material.source, encoding="utf-8")
-    except OSError as error:
-        raise EngineFailure(f"the material could not be written for Storm: {error.strerror}") from error
     arrays = {f"{name}/{key}": array for name, mesh in meshes.items() for key, array in mesh.items()}
     told = [{**take, "output": str(output)} for take, output in zip(takes, outputs, strict=True)]
     answer, log = runtime.request("render", arrays, material=str(path), values=list(material.values), takes=told)
@@ -69,7 +66,10 @@ def draw(
         raise CompileError(messages)
     if answer["errors"]:
         raise EngineFailure(f"Storm could not draw: {answer['errors'][0][1]}")
-    return [_read(output) for output in outputs]
+    images = [_read(output) for output in outputs]
+    if answer["memory"] > _MOST_MEMORY:  # Storm keeps what it has compiled
+        process.RUNTIME.stop()
+    return images
 
 
 # A square of four tilted quarters, lit from aside, to have a material compiled and seen.

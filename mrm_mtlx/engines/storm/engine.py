@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from mrm_mtlx.engines.base import Engine
 from mrm_mtlx.engines.storm import process
 from mrm_mtlx.engines.storm.program import CAPABILITIES, StormProgram
+from mrm_mtlx.engines.storm.renderer import StormRenderer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,6 +26,7 @@ class Storm(Engine):
     use = "draws materials in OpenUSD's Storm"
     targets = ("storm",)
     capabilities = CAPABILITIES
+    scene_renderer = StormRenderer(*targets)
 
     def availability(self) -> Availability:
         """As `Engine.availability`; the detail names the versions of Storm, Blender and MaterialX."""

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pxr import Sdf
 
+from mrm_mtlx.engines.base import EngineFailure
+from mrm_mtlx.system.writing import replacing
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -33,6 +38,23 @@ class Material:
 
     source: str
     values: tuple[tuple[str, str, Any], ...] = ()
+
+    def written(self, folder: Path) -> Path:
+        """The file of the layer in a folder; a material keeps its name, by which Storm knows it again.
+
+        Raises
+        ------
+        EngineFailure
+            If it cannot be written.
+        """
+        path = folder / f"material_{hashlib.sha256(self.source.encode()).hexdigest()}.usda"
+        try:
+            if not path.is_file():
+                with replacing(path) as unfinished:
+                    unfinished.write_text(self.source, encoding="utf-8")
+        except OSError as error:
+            raise EngineFailure(f"the material could not be written for Storm: {error.strerror}") from error
+        return path
 
 
 def for_facets(shader: Shader) -> Material:

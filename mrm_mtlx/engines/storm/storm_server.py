@@ -7,6 +7,7 @@ buffers of its own and wants nothing but an OpenGL context that is current.
 
 import ctypes
 import os
+import resource
 from pathlib import Path
 
 import bpy
@@ -240,7 +241,8 @@ def render(arrays, material, values, takes):
 
     The arrays of a mesh begin with its name and a slash: "points" (n, 3), "faces" (m, corners), "normals" (m, corners,
     3), "st" (m, corners, 2), and those named "property:NAME", (m,) or (m, components), which are constant on each face.
-    A take that is "bare" is of the mesh without the material. The answer has the errors of USD: file and message.
+    A take that is "bare" is of the mesh without the material. The answer has the errors of USD, file and message, and
+    the memory that was taken.
     """
     from pxr import Tf
 
@@ -253,8 +255,13 @@ def render(arrays, material, values, takes):
             renderer.draw(own, take)
     except Tf.ErrorException as error:
         renderer.forget()
-        return {"errors": [[each.sourceFileName, each.commentary] for each in error.args]}
-    return {"errors": []}
+        return {"errors": [[each.sourceFileName, each.commentary] for each in error.args], "memory": memory()}
+    return {"errors": [], "memory": memory()}
+
+
+def memory():
+    """The most memory that this process has taken [bytes]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 OPERATIONS = {"versions": versions, "render": render}

@@ -1,4 +1,4 @@
-"""Scenes for path tracers, and the contract of one."""
+"""Scenes for renderers of whole pictures, and the contract of one."""
 
 from __future__ import annotations
 
@@ -55,13 +55,20 @@ class Take:
         return told if self.rows is None else {**told, "rows": list(self.rows)}
 
 
-class PathTracer(Protocol):
-    """A renderer that traces paths through a scene whose mesh has a generated shader.
+class SceneRenderer(Protocol):
+    """A renderer of scenes whose mesh has a generated shader.
 
-    `target` is the name of the target whose source it takes.
+    Attributes
+    ----------
+    target
+        Name of the target whose source it takes.
+    traces_paths
+        Whether it traces as many paths through each pixel as a scene says; else it shades the middle of each, light
+        comes from lamps and the world alone, and the seed means nothing.
     """
 
     target: str
+    traces_paths: bool
 
     def compile(self, shader: Shader) -> Path:
         """Compile a shader for a mesh with texture coordinates; the compiled file, in the renderer's folder.

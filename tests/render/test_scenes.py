@@ -9,8 +9,8 @@ import pytest
 
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.engines import gl as gl_engine
-from mrm_mtlx.engines.osl import CYCLES, tracer
-from mrm_mtlx.render import path_traced, picture
+from mrm_mtlx.engines.osl import CYCLES, renderer
+from mrm_mtlx.render import picture, scenes
 from mrm_mtlx.shadergen import OslMode
 
 if TYPE_CHECKING:
@@ -59,8 +59,8 @@ def both(cycles, gl, surface_document, library, tmp_path) -> Callable[..., tuple
         drawn = picture.render(first.getNode("m"), library, Reach.only(tmp_path), settings, gl_engine.ENGINE)
         step = picture.OVERSAMPLING
         drawn = drawn.reshape(drawn.shape[0] // step, step, drawn.shape[1] // step, step, 3).mean(axis=(1, 3))
-        traced = path_traced.render(
-            second.getNode("m"), library, Reach.only(tmp_path), settings, CYCLES.path_tracer, paths=PATHS, mode=mode
+        traced = scenes.render(
+            second.getNode("m"), library, Reach.only(tmp_path), settings, CYCLES.scene_renderer, paths=PATHS, mode=mode
         )
         return drawn, traced
 
@@ -118,7 +118,7 @@ def test_the_axes_of_the_surface_are_the_same(both, axis, shape):
 
 
 def test_an_edge_of_the_triangle_is_no_tangent(both, monkeypatch):
-    monkeypatch.setattr(tracer, "with_mesh_inputs", lambda source: source)
+    monkeypatch.setattr(renderer, "with_mesh_inputs", lambda source: source)
     with pytest.raises(AssertionError):
         assert_alike(*both(AXES.format(axis="tangent"), light_degrees=10.0))
 
@@ -140,12 +140,12 @@ def test_progress_is_told_and_the_seed_fixes_the_picture(cycles, surface_documen
 
     def trace(seed: int) -> Array:
         document = surface_document(METAL)
-        return path_traced.render(
+        return scenes.render(
             document.getNode("m"),
             library,
             Reach.only(tmp_path),
             settings,
-            CYCLES.path_tracer,
+            CYCLES.scene_renderer,
             paths=32,
             seed=seed,
             progress=lambda done, total: heard.append((done, total)),

@@ -20,18 +20,20 @@ if TYPE_CHECKING:
     from mrm_mtlx.shadergen import Shader
 
 
-class CyclesTracer:
-    """The path tracer; see `PathTracer`."""
+class CyclesRenderer:
+    """The renderer; see `SceneRenderer`."""
+
+    traces_paths = True
 
     def __init__(self, target: str) -> None:
         self.target = target
 
     def compile(self, shader: Shader) -> Path:
-        """As `PathTracer.compile`."""
+        """As `SceneRenderer.compile`."""
         return compile_for_cycles(with_mesh_inputs(shader.sources["pixel"]), shader.name)
 
     def render(
         self, shader: Path, scene: Scene, takes: Sequence[Take] = (Take(),), seed: int = 0
     ) -> list[NDArray[np.float32]]:
-        """As `PathTracer.render`."""
+        """As `SceneRenderer.render`."""
         return scenes.render(shader, scene, takes, seed)

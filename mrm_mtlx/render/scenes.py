@@ -1,7 +1,8 @@
-"""Renders a material with a path tracer, from the generated OSL."""
+"""Renders a material on a mesh, with an engine that makes whole pictures."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from mrm_mtlx.documents.document_images import refuse_excess
 from mrm_mtlx.documents.filenames import filenames, rename_files
 from mrm_mtlx.engines.base import Scene, Take, looking_along, point, sun
 from mrm_mtlx.render import picture
+from mrm_mtlx.render.environment import look_up
 from mrm_mtlx.render.meshes import mesh
-from mrm_mtlx.render.shapes import EYE, HALF_FIELD
+from mrm_mtlx.render.shapes import EYE, HALF_FIELD, camera_rays
 from mrm_mtlx.shadergen import OslMode, generate
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
     from mrm_mtlx.bsdf.arrays import Array
     from mrm_mtlx.documents.files import Reach
-    from mrm_mtlx.engines.base import PathTracer
+    from mrm_mtlx.engines.base import SceneRenderer
     from mrm_mtlx.library import DataLibrary
     from mrm_mtlx.render.picture import PictureOptions
 
@@ -36,7 +38,7 @@ def render(
     library: DataLibrary,
     reach: Reach,
     options: PictureOptions,
-    tracer: PathTracer,
+    renderer: SceneRenderer,
     *,
     paths: int = 64,
     seed: int = 0,
@@ -49,7 +51,7 @@ def render(
     ----------
     element, library, reach, options
         As `picture.render`; the document of `element` gets absolute names of its image files.
-    tracer
+    renderer
         What renders.
     paths
         Paths per pixel; above 16, rounded up to a multiple of it.
@@ -65,7 +67,7 @@ def render(
     GenerationError
         If MaterialX refuses.
     CompileError
-        If the OSL compiler refuses the shader.
+        If the engine refuses the shader.
     EngineFailure
         If there is no renderer, or it dies.
     ValueError
@@ -75,22 +77,24 @@ def render(
     refuse_excess((name for _, name in filenames(element.getDocument())), reach)
     rename_files(element.getDocument(), lambda name: str(reach.resolve(name) or ""))
     shaders = [
-        generate(document.getDescendant(element.getNamePath()), tracer.target, library, mode)
+        generate(document.getDescendant(element.getNamePath()), renderer.target, library, mode)
         for document in picture.versions(element.getDocument(), options)
     ]
-    compiled = [tracer.compile(shader) for shader in shaders]
+    compiled = [renderer.compile(shader) for shader in shaders]
     panels = [(shown, degrees) for shown in compiled for degrees in picture.light_angles(options)]
-    passes = -(-paths // _PASS)
-    scene = _scene(options, min(paths, _PASS))
+    passes = -(-paths // _PASS) if renderer.traces_paths else 1
+    oversampling = 1 if renderer.traces_paths else picture.OVERSAMPLING
+    size = options.size * oversampling
+    scene = _scene(replace(options, size=size), min(paths, _PASS))
     images = []
     for index, (shown, degrees) in enumerate(panels):
-        total = np.zeros((options.size, options.size, 4))
+        total = np.zeros((size, size, 4))
         for number in range(passes):
-            (image,) = tracer.render(shown, scene, [Take([_light(degrees)])], seed=seed + number)
+            (image,) = renderer.render(shown, scene, [Take([_light(degrees)])], seed=seed + number)
             total += image
             if progress:
                 progress(index * passes + number + 1, len(panels) * passes)
-        images.append(_on_backdrop(total / passes, options))
+        images.append(picture.reduced(_on_backdrop(total / passes, options), oversampling))
     return picture.side_by_side(images)
 
 
@@ -124,8 +128,10 @@ def _light(degrees: float | None) -> dict[str, Any]:
 
 
 def _on_backdrop(image: Array, options: PictureOptions) -> Array:
-    """The picture without its alpha; the backdrop, where there is no environment, as `picture` shows them."""
-    colour, alpha = image[..., :3], image[..., 3:]
-    if options.environment is None:
-        colour = colour + (1.0 - np.clip(alpha, 0.0, 1.0)) * picture.BACKDROP
+    """The picture without its alpha, on the environment or the backdrop, as `picture` shows them."""
+    colour, alpha = image[..., :3], np.clip(image[..., 3:], 0.0, 1.0)
+    behind: Array | float = picture.BACKDROP
+    if options.environment is not None and np.any(alpha < 1.0):  # a renderer may show it itself
+        behind = look_up(options.environment, camera_rays(len(image))).reshape(colour.shape)
+    colour = colour + (1.0 - alpha) * behind
     return np.asarray(np.maximum(np.nan_to_num(colour, nan=0.0), 0.0))
