@@ -113,8 +113,8 @@ def _nearest(element: Any, node: Any, images: Pixels, reason: str) -> Inputs:
     try:
         opacity = opacity_of(node) if node.getCategory() == "surface" else {}
         alpha = opacity["alpha"].value if opacity else np.ones(1)
-        if alpha is None:
-            msg = "its opacity is an image"
+        if alpha is None or alpha[0] <= 0.0:
+            msg = "its opacity is an image or 0"
             raise InexpressibleError(msg)
         return Inputs({**nearest(element, images, float(alpha[0])), **opacity}, approximated=reason)
     except (InexpressibleError, UnsupportedError, RecursionError, ImagesTooLargeError) as error:

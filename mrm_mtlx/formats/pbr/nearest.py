@@ -13,7 +13,7 @@ third of all others each.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +39,8 @@ _SEED, _THIRD, _PLACES = 7, 80, 16
 _DARK, _WEAK = 0.01 / np.pi, 0.05
 # Relative: the sum of squares no longer falls. Steps of a derivative whose values have twelve digits.
 _SETTLED, _STEP, _ROUNDS = 1e-3, 1e-6, 30
+# From the ends of the parameters' ranges, where the search begins within.
+_MARGIN = 1e-3
 # Roughness below which gltf_pbr's lobe is a mirror to float32 shaders, alpha 0.0004.
 _LEAST_ROUGHNESS = 0.02
 # Light that a surface lets through, of 1 behind it.
@@ -46,11 +48,12 @@ _THROUGH = 1e-6
 # gltf_pbr's reflectance at normal incidence, of index 1.5.
 _REFLECTANCE = 0.04
 
-# The parameters: colours of the diffuse base, reflectance at normal incidence as a share of that at grazing incidence,
-# and what follows.
+# The parameters, from 0 to 1: the colour of the diffuse base, the reflectance at normal incidence as a share of that
+# at grazing incidence, which is `specular`, and what follows.
 _NUMBERS = ("specular", "roughness", "retroreflectivity", "clearcoat", "clearcoat_roughness")
-_COLORS = ("base_color", "specular_color")
-_PARAMETERS = 3 * len(_COLORS) + len(_NUMBERS)
+_BASE, _NORMAL = ("base red", "base green", "base blue"), ("normal red", "normal green", "normal blue")
+_PARAMETERS = (*_BASE, *_NORMAL, *_NUMBERS)
+_WIDTHS = ("roughness", "clearcoat_roughness")
 
 
 def nearest(element: Any, images: Pixels, alpha: float = 1.0) -> dict[str, Any]:
@@ -63,7 +66,7 @@ def nearest(element: Any, images: Pixels, alpha: float = 1.0) -> dict[str, Any]:
     images
         As `reference.Surface`.
     alpha
-        Its opacity, which is none of the inputs.
+        Its opacity, above 0, which is none of the inputs.
 
     Raises
     ------
@@ -76,7 +79,7 @@ def nearest(element: Any, images: Pixels, alpha: float = 1.0) -> dict[str, Any]:
     _refuse_light_through(surface)
     wanted, lobes = _values(surface)
     model = _Model(element.getDocument().getDataLibrary(), wanted, alpha)
-    return {**model.fitted(*_start(lobes)), **_emission(surface)}
+    return {**model.fitted(_start(lobes)), **_emission(surface, alpha)}
 
 
 def _refuse_light_through(surface: Surface) -> None:
@@ -112,19 +115,46 @@ def _directions() -> tuple[Array, Array]:
     return np.vstack([v, DAY[0], NIGHT[0]]), np.vstack([l, DAY[1], NIGHT[1]])
 
 
-def _start(lobes: list[Facets]) -> tuple[Array, Array]:
-    """Parameters to begin with, and which of them are free: by what lobes there are."""
+class _Start(NamedTuple):
+    """Parameters to begin with, by name, and those of them that are free."""
+
+    values: dict[str, float]
+    free: frozenset[str]
+
+    def placed(self, some: Array) -> Array:
+        """Sets of parameters of sets of those that are free, (sets, parameters)."""
+        found = np.tile([self.values[name] for name in _PARAMETERS], (len(some), 1))
+        found[:, self.where] = some
+        return found
+
+    @property
+    def where(self) -> NDArray[np.bool_]:
+        """Which of the parameters are free."""
+        return np.array([name in self.free for name in _PARAMETERS])
+
+
+def _start(lobes: list[Facets]) -> _Start:
+    """The parameters of a surface with these lobes: one is the base's, an ordinary one beside it is the coat's."""
     returning = [_roughness(lobe) for lobe in lobes if np.any(lobe.retroreflective)]
     ordinary = [_roughness(lobe) for lobe in lobes if not np.all(lobe.retroreflective)]
-    rough = float(np.mean(returning or ordinary or [1.0]))
-    both, layered = bool(returning) and bool(ordinary), len(ordinary) > (not returning)
-    begin = [0.5] * 3 + [0.3] * 3 + [0.5, rough, 0.95 if returning else 0.0]
-    coat = [0.5 if layered else 0.0, min(ordinary, default=0.1)]
-    free = [True] * 3 + [bool(lobes)] * 5 + [both, layered, layered]
-    start = np.array(begin + coat)
-    start[8] = 1.0 if returning and not both else start[8]
-    start[6] = start[6] if lobes else 0.0
-    return start, np.array(free)
+    is_coated = len(ordinary) > (not returning)
+    free = {*_BASE}
+    if lobes:
+        free |= {*_NORMAL, "specular", "roughness"}
+    if returning and ordinary:
+        free.add("retroreflectivity")
+    if is_coated:
+        free |= {"clearcoat", "clearcoat_roughness"}
+    values = {
+        **dict.fromkeys(_BASE, 0.5),
+        **dict.fromkeys(_NORMAL, 0.3),
+        "specular": 0.5 if lobes else 0.0,
+        "roughness": float(np.mean(returning or ordinary or [1.0])),
+        "retroreflectivity": 1.0 if returning else 0.0,
+        "clearcoat": 0.5 if is_coated else 0.0,
+        "clearcoat_roughness": min(ordinary, default=0.1),
+    }
+    return _Start(values, frozenset(free))
 
 
 def _roughness(lobe: Facets) -> float:
@@ -132,10 +162,11 @@ def _roughness(lobe: Facets) -> float:
     return float(np.clip(np.sqrt(np.mean(width)), 2.0 * _LEAST_ROUGHNESS, 1.0))
 
 
-def _emission(surface: Surface) -> dict[str, Term]:
+def _emission(surface: Surface, alpha: float) -> dict[str, Term]:
+    """The light of its own, in the mean over directions and places; what is seen of it is weakened by the opacity."""
     v, l = pairs(np.random.default_rng(_SEED), _PLACES)
     light = surface.shade(points(v, l, _PLACES, _SEED), Illumination(light=False)).mean(axis=0)
-    return {"emissive": Term.constant(_rounded(light))} if np.any(light > _THROUGH) else {}
+    return {"emissive": Term.constant(_rounded(light / alpha))} if np.any(light > _THROUGH) else {}
 
 
 class _Model:
@@ -148,8 +179,8 @@ class _Model:
         given: dict[str, Term | int] = {"alpha": Term.constant(alpha), "alpha_mode": 2}
         self._document = model_document(library, "gltf_pbr", given)
         node = self._document.getNode(MODEL)
-        for name in inputs(np.zeros((1, _PARAMETERS))):
-            kind = "color3" if name in _COLORS else "float"
+        for name, values in _inputs(np.zeros((1, len(_PARAMETERS)))).items():
+            kind = "color3" if values.ndim == 2 else "float"
             source = self._document.addNode("geompropvalue", f"of_{name}", kind)
             source.addInput("geomprop", "string").setValueString(name)
             node.addInput(name, kind).setNodeName(source.getName())
@@ -159,50 +190,41 @@ class _Model:
         self._weights = np.ones((len(wanted), 1))
         self._weights[-2:] = np.sqrt(_THIRD)
 
-    def fitted(self, start: Array, free: Array) -> dict[str, Any]:
+    def fitted(self, start: _Start) -> dict[str, Any]:
         """The inputs of the least sum of squares, of which some are free."""
         from scipy.optimize import least_squares
 
-        low, high = np.zeros(_PARAMETERS), np.ones(_PARAMETERS)
-        low[[7, 10]] = _LEAST_ROUGHNESS
+        low = np.array([_LEAST_ROUGHNESS if name in _WIDTHS else 0.0 for name in _PARAMETERS])[start.where]
 
         def residuals(some: Array) -> Array:
-            return np.asarray(self._residuals(_placed(start, free, some[None]))[0])
+            return np.asarray(self._residuals(start.placed(some[None]))[0])
 
         def slopes(some: Array) -> Array:
             step = np.where(some < 0.5, _STEP, -_STEP)
-            found = self._residuals(_placed(start, free, np.vstack([some, some + np.diag(step)])))
+            found = self._residuals(start.placed(np.vstack([some, some + np.diag(step)])))
             return np.asarray((found[1:] - found[0]).T / step)
 
-        margin = 1e-3 * (high - low)
-        begin, bounds = np.clip(start, low + margin, high - margin), (low[free], high[free])
-        found = least_squares(residuals, begin[free], slopes, bounds, ftol=_SETTLED, xtol=_SETTLED, max_nfev=_ROUNDS)
-        (best,) = _placed(start, free, found.x[None])
-        return {name: Term.constant(value[0]) for name, value in inputs(_rounded(best)[None]).items()}
+        begin = np.array([start.values[name] for name in _PARAMETERS])[start.where]
+        inside = np.clip(begin, low + _MARGIN, 1.0 - _MARGIN)
+        found = least_squares(residuals, inside, slopes, (low, 1.0), ftol=_SETTLED, xtol=_SETTLED, max_nfev=_ROUNDS)
+        best = _rounded(start.placed(found.x[None])[0])
+        return {name: Term.constant(value[0]) for name, value in _inputs(best[None]).items()}
 
     def _residuals(self, parameters: Array) -> Array:
         """Weighted logarithms of values over those that are wanted, by set of parameters, (sets, residuals)."""
         v, l = _directions()
         sets = len(parameters)
         at = points(np.tile(v, (sets, 1)), np.tile(l, (sets, 1)))
-        properties = {name: np.repeat(value, len(v), axis=0) for name, value in inputs(parameters).items()}
+        properties = {name: np.repeat(value, len(v), axis=0) for name, value in _inputs(parameters).items()}
         seen = self._surface.response(replace(at, properties=properties)).reshape(sets, len(v), 3)
         return np.asarray((self._weights * (np.log(seen + self._floor) - self._wanted)).reshape(sets, -1))
 
 
-def _placed(start: Array, free: Array, some: Array) -> Array:
-    """Parameters that are as at the start but for the free ones, (sets, parameters)."""
-    found = np.tile(start, (len(some), 1))
-    found[:, free] = some
-    return found
-
-
-def inputs(parameters: Array) -> dict[str, Array]:
+def _inputs(parameters: Array) -> dict[str, Array]:
     """The inputs of gltf_pbr that sets of parameters mean, (sets, parameters): numbers (sets,), colours (sets, 3)."""
-    numbers = dict(zip(_NUMBERS, parameters[:, 6:].T, strict=True))
-    color = parameters[:, 3:6] / _REFLECTANCE
-    none = np.zeros(len(parameters))
-    return {"base_color": parameters[:, :3], "specular_color": color, "metallic": none, **numbers}
+    base, normal, numbers = parameters[:, :3], parameters[:, 3:6], parameters[:, 6:].T
+    colors = {"base_color": base, "specular_color": normal / _REFLECTANCE}
+    return {**colors, "metallic": np.zeros(len(parameters)), **dict(zip(_NUMBERS, numbers, strict=True))}
 
 
 def _rounded(values: Array) -> Array:
