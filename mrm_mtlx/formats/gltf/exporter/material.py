@@ -9,8 +9,8 @@ import numpy as np
 
 from mrm_mtlx.documents.graph import shader_node
 from mrm_mtlx.formats.gltf import properties as gltf
+from mrm_mtlx.formats.gltf.exporter.ranges import bring_into_range, leave_out_idle
 from mrm_mtlx.formats.gltf.exporter.texture_slots import Channel
-from mrm_mtlx.formats.gltf.schema import problems
 from mrm_mtlx.formats.pbr.inputs import UNLIT
 from mrm_mtlx.formats.pbr.normals import normal_map
 from mrm_mtlx.formats.pbr.placement import InexpressibleError, Transform, transform, written
@@ -25,12 +25,6 @@ if TYPE_CHECKING:
 _WRAPS = {name: number for number, name in gltf.WRAPS.items()}
 # Always written, though they may be glTF's defaults: what a material is at first sight.
 _PLAIN = ("base_color", "metallic", "roughness")
-# What extensions do nothing without.
-_WEIGHTS = {
-    "KHR_materials_clearcoat": ("clearcoatFactor", "clearcoatTexture"),
-    "KHR_materials_sheen": ("sheenColorFactor", "sheenColorTexture"),
-    "KHR_materials_iridescence": ("iridescenceFactor", "iridescenceTexture"),
-}
 
 
 class Material:
@@ -71,7 +65,9 @@ class Material:
         if not self._opaque:
             is_mask = self._inputs["alpha_mode"] == gltf.ALPHA_MODES.index("MASK")
             self.data["alphaMode"] = "MASK" if is_mask else "BLEND"  # as gltf_pbr takes any other number
-        self._settle()
+        self._set_attenuation()
+        leave_out_idle(self.data)
+        self.losses += bring_into_range(self.data)
 
     def _lost(self, name: str, message: str) -> None:
         self.losses.append((f"/{name}", message))
@@ -250,36 +246,10 @@ class Material:
             for path, number in zip((gltf.STRENGTH, gltf.ROTATION), numbers, strict=True):
                 _put(self.data, path, written(number))
 
-    def _settle(self) -> None:
-        """Bring numbers into glTF's ranges, and leave out extensions that say nothing."""
+    def _set_attenuation(self) -> None:
         distance = self._inputs.get("attenuation_distance")
         if distance is not None and distance.value is not None and distance.value[0] > 0.0:
             _put(self.data, gltf.ATTENUATION_DISTANCE, written(distance.value[0]))
-        extensions = self.data.get("extensions", {})
-        for name, weights in _WEIGHTS.items():
-            if name in extensions and not set(weights) & extensions[name].keys():
-                del extensions[name]
-        if not extensions:
-            self.data.pop("extensions", None)
-        for problem in problems("material", self.data, ""):
-            self._bring_into_range(problem.location, problem.message)
-
-    def _bring_into_range(self, place: str, message: str) -> None:
-        keys = place.split("/")[1:]
-        parent: Any = self.data
-        for key in keys[:-1]:
-            parent = parent[int(key)] if isinstance(parent, list) else parent[key]
-        last: Any = int(keys[-1]) if isinstance(parent, list) else keys[-1]
-        least, most = re.search(r"at least ([\d.e+-]+)", message), re.search(r"at most ([\d.e+-]+)", message)
-        limit = least or most
-        if limit is None:
-            msg = f"{place} is not as glTF has it: {message}"
-            raise InexpressibleError(msg)
-        names = [p.input for p in gltf.PROPERTIES if list(p.factor) == keys[: len(p.factor)]]
-        of_component = [p.input for p in gltf.PROPERTIES if p.components and last in p.components and p.input in names]
-        name = next(iter(of_component or names), place[1:])
-        self._lost(name, f"glTF: {message}; the limit is written")
-        parent[last] = float(limit[1].rstrip(","))
 
 
 def _wanted(
