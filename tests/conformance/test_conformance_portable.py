@@ -14,8 +14,8 @@ from mrm_mtlx.engines import gl as engine
 from mrm_mtlx.library.portable import aligned, definitions, lobes
 from mrm_mtlx.library.portable.expressions import Expressions
 
-# At the ends of both ranges of bounds, by a quadrature whose figures are within 0.004 (L1) and 0.002 (albedo) of the full
-# one's: less than a tenth of the bounds of L1, a seventh of the tightest of the albedo.
+# At the ends of both ranges of bounds, by a quadrature whose figures are within 0.004 (L1) and 0.002 (albedo) of the
+# full one's: less than a tenth of the bounds of L1, a seventh of the tightest of the albedo.
 ALPHAS, VIEWS = (0.04, 0.1), (60.0,)
 SMALL = {"angles": 48, "azimuths": 24}
 SAMPLES = 512
