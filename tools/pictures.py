@@ -14,12 +14,13 @@ import matplotlib as mpl
 import numpy as np
 import OpenImageIO as oiio
 
+import mrm_mtlx as mrm
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image
 from mrm_mtlx.engines import gl, osl
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_for
-from mrm_mtlx.library import load_library, materials_folder
+from mrm_mtlx.library import Origin, load_library, materials_folder
 from mrm_mtlx.render import picture, scenes
 from mrm_mtlx.shadergen import OslMode, renderable_elements
 
@@ -131,6 +132,38 @@ def five_in_osl(target: Path) -> None:
     figure.savefig(target, dpi=110, metadata={"Software": None})
 
 
+def portable_beside_exact(paths: list[Path], target: Path) -> None:
+    """All materials and their portable forms, portable.png; prints how far the pictures are apart.
+
+    Each pair of pictures is on one scale.
+    """
+    rows = -(-len(paths) // 2)
+    figure, axes = plt.subplots(rows, 2, figsize=(15.0, 1.16 * rows), facecolor="#181818")
+    library, standard = load_library(), load_library(Origin.UPSTREAM)
+    with tempfile.TemporaryDirectory() as folder:
+        for axis, path in zip(axes.T.flat, paths, strict=False):
+            converted = Path(folder, path.name)
+            mrm.convert(path, converted, portable=True)
+            pairs = []
+            for angle in ANGLES:
+                options = picture.PictureOptions("sphere", angle, FIVE_PANEL, None, compare=False)
+                panels = [in_opengl(path, library, options), in_opengl(converted, standard, options)]
+                off = np.abs(panels[1] - panels[0]) / np.quantile(panels[0], 0.99)
+                print(f"{path.stem:36} {angle or 0:4g} deg  mean {off.mean():.1e}  largest {off.max():.1e}")
+                pairs.append(shown(picture.side_by_side(panels)))
+            axis.imshow(np.concatenate(pairs, axis=1))
+            name = path.stem.replace("_", "\n")
+            axis.text(-12, FIVE_PANEL / 2, name, color="white", ha="right", va="center", fontsize=8)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis in axes[0]:
+        for index, label in enumerate(("light at the eye", "1° aside", "30° aside")):
+            middle = (index + 0.5) * 2 * (FIVE_PANEL + 4)
+            axis.text(middle, -8, label, color="white", ha="center", va="bottom", fontsize=9)
+    figure.subplots_adjust(left=0.07, right=0.995, top=0.965, bottom=0.005, hspace=0.04, wspace=0.18)
+    figure.savefig(target, dpi=90, metadata={"Software": None})
+
+
 def three_formats(target: Path) -> None:
     """A material from a glTF asset and from what it is converted to, gltf.png; prints how they differ."""
     library = load_library()
@@ -229,6 +262,7 @@ def main(arguments: list[str]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     teaser(materials_folder() / "traffic_cone_collar.mtlx", folder / "compare.png")
     overview(sorted(materials_folder().glob("*.mtlx")), folder / "materials.png")
+    portable_beside_exact(sorted(materials_folder().glob("*.mtlx")), folder / "portable.png")
     three_formats(folder / "gltf.png")
     if osl.availability().available:
         five_in_osl(folder / "osl.png")
