@@ -98,6 +98,9 @@ class NodeInputs:
     def level(self) -> float:
         return self.state.perturbation.level
 
+    def is_defined(self, name: str) -> bool:
+        return self.definition.getActiveInput(name) is not None
+
     def is_connected(self, name: str) -> bool:
         given = self.node.getInput(name)
         if given is None:

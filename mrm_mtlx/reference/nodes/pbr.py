@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.library.surface_models import FLAG
 from mrm_mtlx.reference import closures
 from mrm_mtlx.reference.closures import Facets
 from mrm_mtlx.reference.deviations import Deviation
@@ -24,7 +25,7 @@ def _facets(inputs: Inputs, *, scatters: bool) -> Facets:
         weight=inputs.array("weight"),
         alpha_x=width[0],
         alpha_y=width[1],
-        retroreflective=inputs.array("retroreflective"),
+        retroreflective=inputs.array(FLAG) if inputs.is_defined(FLAG) else np.asarray(False),
         thinfilm_thickness=inputs.array("thinfilm_thickness"),
         thinfilm_ior=inputs.array("thinfilm_ior"),
         normal=inputs.array("normal"),

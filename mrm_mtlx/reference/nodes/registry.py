@@ -112,6 +112,10 @@ class Inputs(Protocol):
         """A number in [0, 1], another one in each perturbation of the numbers."""
         ...
 
+    def is_defined(self, name: str) -> bool:
+        """True if the definition of the node has an input; earlier versions of MaterialX lack some."""
+        ...
+
     def is_connected(self, name: str) -> bool:
         """True if an input takes its value from a node or an interface; constants are numbers to generators."""
         ...
