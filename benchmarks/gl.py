@@ -1,6 +1,6 @@
 """Samples through the OpenGL engine.
 
-Millions of samples per second of each node's shader in a draw of so many points, best of 5.
+Millions of samples per second of each node's shader in a draw of so many points, best of 5; also of its portable form.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from benchmarks.timing import Table, best_time, run
 from mrm_mtlx.conformance.cases import NODES, Case, case_document, case_points
+from mrm_mtlx.documents.portable import portable
 from mrm_mtlx.engines import gl as engine
 from mrm_mtlx.library import load_library
 from mrm_mtlx.shadergen import generate, renderable_elements
@@ -31,13 +32,14 @@ def _rows() -> Iterator[tuple[str, ...]]:
     library = load_library()
     for node in NODES:
         case = Case(node, True, True, False)
-        document = case_document(case, library.document)
-        with engine.SurfaceProgram(generate(renderable_elements(document)[0], "glsl", library)) as program:
-            rates = []
-            for count in COUNTS:
-                points = case_points(case, count, sampling.generator(0, case.name))
-                rates.append(f"{count / best_time(partial(draw, program, points)) / 1e6:.2f}")
-        yield node, *rates
+        exact = case_document(case, library.document)
+        for name, document in ((node, exact), (f"{node}, portable", portable(exact)[0])):
+            with engine.SurfaceProgram(generate(renderable_elements(document)[0], "glsl", library)) as program:
+                rates = []
+                for count in COUNTS:
+                    points = case_points(case, count, sampling.generator(0, case.name))
+                    rates.append(f"{count / best_time(partial(draw, program, points)) / 1e6:.2f}")
+            yield name, *rates
 
 
 if __name__ == "__main__":
