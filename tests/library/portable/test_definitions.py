@@ -63,7 +63,7 @@ def drawn(case: Case, library: DataLibrary, points: ShadingPoints) -> np.ndarray
     """What the generated code of a case gives at samples."""
     document = case_document(case, library.document)
     with SurfaceProgram(generate(renderable_elements(document)[0], "glsl", library)) as program:
-        return draw(program, points)
+        return draw(program, points).colors
 
 
 @pytest.mark.parametrize("node", NODES)
