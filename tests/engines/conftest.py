@@ -11,6 +11,8 @@ import pytest
 from mrm_mtlx.engines.base import Environment
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.shadergen import generate
+from mrm_mtlx.shadergen.precision import with_highp
+from tests.fixtures.versions import planted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -29,12 +31,10 @@ def shader_of(library: DataLibrary) -> Callable[..., Shader]:
     def make(
         document: mx.Document, *, element: str = "m", target: str = "glsl", old: str = "", new: str = ""
     ) -> Shader:
-        shader = generate(document.getChild(element), target, library)
+        shader = with_highp(generate(document.getChild(element), target, library))
         if not old:
             return shader
-        pixel = shader.sources["pixel"].replace(old, new)
-        assert pixel != shader.sources["pixel"]
-        return replace(shader, sources={**shader.sources, "pixel": pixel})
+        return replace(shader, sources={**shader.sources, "pixel": planted(shader.sources["pixel"], old, new)})
 
     return make
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines.base import Environment, Lighting
+from tests.fixtures.versions import newest_closures
 
 NODES = ("conductor", "dielectric", "generalized_schlick")
 by_node = pytest.mark.parametrize("node", NODES)
@@ -100,6 +101,7 @@ def test_in_a_white_furnace_the_flag_makes_no_difference(bsdf, surface_inputs, r
     assert furnace_differences(bsdf(node), hemisphere(rng, 1000), surface_inputs) == 0.0
 
 
+@newest_closures
 def test_a_furnace_that_depends_on_the_flag_is_seen(bsdf, surface_inputs, rng, hemisphere):
     tilted = {"old": "? reflect(-closureData.V, N)", "new": "? normalize(N + reflect(-closureData.V, N))"}
     linked = bsdf("conductor", **tilted)
@@ -172,6 +174,7 @@ def test_transmission_is_the_same_with_and_without_the_flag(bsdf, surface_inputs
     assert transmission_differences(bsdf(node, GLASS[node]), surface_inputs, rng) == 0.0
 
 
+@newest_closures
 def test_a_surface_that_mirrors_the_view_in_transmission_too_is_seen(bsdf, surface_inputs, rng):
     damage = {"old": "(retroreflective && reflects)", "new": "retroreflective"}
     linked = bsdf("dielectric", GLASS["dielectric"], **damage)

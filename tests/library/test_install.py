@@ -13,6 +13,7 @@ import mrm_mtlx as mrm
 from mrm_mtlx.library import materials_folder, node_library_folder
 from mrm_mtlx.library.assembly import node_library_files
 from mrm_mtlx.library.host_models import FLAG_FILE, MODELS_FILE
+from tests.fixtures.versions import own_flag
 
 GENERATE = Path(mx.__file__).parent / "_scripts" / "generateshader.py"
 
@@ -128,6 +129,7 @@ def test_materialx_finds_the_installed_library(generated, tmp_path, target):
     assert source.count("mrm_conductor_bsdf(") > 1
 
 
+@own_flag
 def test_without_the_library_materialx_uses_its_own(generated):
     source = generated("--target", "glsl")
     assert "mrm_" not in source

@@ -12,6 +12,7 @@ from mrm_mtlx.engines.base import DirectionalLight, Lighting
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ShadingPoints
 from mrm_mtlx.shadergen import generate
+from tests.fixtures.versions import planted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -97,8 +98,7 @@ def drawn(gl, library: DataLibrary) -> Iterator[Callable[..., Array]]:
         shader = generate(document.getNode("m"), "glsl", data)
         pixel = shader.sources["pixel"]
         if old:
-            assert old in pixel
-            pixel = pixel.replace(old, new)
+            pixel = planted(pixel, old, new)
         if pixel not in programs:
             programs[pixel] = SurfaceProgram(replace(shader, sources={**shader.sources, "pixel": pixel}))
         inputs = {

@@ -12,6 +12,7 @@ from mrm_mtlx.bsdf import Conductor, GeneralizedSchlick
 from mrm_mtlx.reference import Surface, UnsupportedError, constant_input, versions
 from mrm_mtlx.reference.nodes import NODES
 from mrm_mtlx.reference.survey import MAXIMUM_DEPTH
+from tests.fixtures.versions import since
 
 EPS = np.finfo(float).eps
 
@@ -441,6 +442,7 @@ def test_a_surface_of_known_nodes_is_not_refused(surface_document):
     Surface(document.getNode("m"))
 
 
+@since("1.39.5", "definition of each function of the reference")
 def test_the_reference_knows_definitions_that_exist(library):
     assert [name for name in NODES if library.document.getNodeDef(name) is None] == []
 

@@ -64,7 +64,7 @@ def test_a_shader_with_mediump_is_told_by_name_and_not_called_broken(gl, narrow,
     assert [f.code for f in findings] == ["UPSTREAM_DEVIATION"] * ("llvmpipe" in gl.detail)
     assert all("(mediump-floats)" in f.message for f in findings)
     if "llvmpipe" in gl.detail:
-        assert not all(np.isfinite(colors).all() for colors in drawn)
+        assert not all(np.isfinite(drawing.colors).all() for drawing in drawn)
         assert "are NaN or infinite" in findings[0].message
 
 

@@ -13,6 +13,7 @@ from mrm_mtlx.validation.document import check_document
 from mrm_mtlx.validation.flag_use import ignores_flag
 from mrm_mtlx.validation.options import Request
 from tests.fixtures.material import CORPORA
+from tests.fixtures.versions import own_flag
 
 RETRO = """
 <{node} name="bsdf" type="BSDF"><input name="retroreflective" type="boolean" value="true"/></{node}>
@@ -22,6 +23,7 @@ NODES = ("conductor_bsdf", "dielectric_bsdf", "generalized_schlick_bsdf")
 
 @pytest.mark.parametrize("node", NODES)
 @pytest.mark.parametrize("mode", OslMode)
+@own_flag
 def test_our_osl_depends_on_the_flag_in_every_mode_and_the_standard_one_does_not(
     surface_document, library, upstream_library, node, mode
 ):
@@ -32,6 +34,7 @@ def test_our_osl_depends_on_the_flag_in_every_mode_and_the_standard_one_does_not
 
 
 @pytest.mark.parametrize(("origin", "codes"), [(Origin.MRM, []), (Origin.UPSTREAM, ["SHADER_IGNORES_RETRO"])])
+@own_flag
 def test_the_rule_of_ignored_flags_is_for_the_standard_library_alone(repository, origin, codes):
     path = repository / "tests" / "rules" / "SHADER_IGNORES_RETRO" / "triggers.mtlx"
     found = check_document(Request(path, Reach.beside(path), path.name, targets=("osl",), samples=16, origin=origin))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mrm_mtlx.engines.gl import SurfaceProgram
-from mrm_mtlx.reference import Surface, UnsupportedError
+from mrm_mtlx.reference import Surface, UnsupportedError, versions
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.sampling import generator
@@ -90,8 +91,9 @@ def test_every_output_shows_its_value(gl, make_document, library):
     for name, element in elements(document).items():
         expectation = expected(element)
         found = drawn(element, library, expectation)
-        assert np.max(np.abs(found[0].colors[:, :3])) > 0.1, name
-        assert expectation.compare(found).comparison.passed, name
+        verdict = expectation.compare(found)
+        assert verdict.comparison.passed, name
+        assert np.max(np.abs(found[0].colors[:, :3])) > 0.1 or verdict.deviations == {Deviation.BLACK_BOOLEANS}, name
 
 
 @pytest.mark.parametrize("error", ERRORS)
@@ -104,6 +106,8 @@ def test_an_error_in_a_pattern_is_seen_in_the_outputs_that_depend_on_it(gl, make
         expectation = expected(element)
         if not expectation.compare(drawn(shown[name], library, expectation)).comparison.passed:
             failed.add(name)
+    if Deviation.BLACK_BOOLEANS in versions.installed().deviations:
+        seen = seen - {"as_boolean"}  # black whatever it is
     assert failed == seen
 
 
@@ -132,6 +136,7 @@ def test_patterns_pass_a_check_of_the_document(gl, check, tmp_path):
     path = tmp_path / "numbers.mtlx"
     path.write_text(f'<?xml version="1.0"?><materialx version="1.39">{NUMBERS}</materialx>', encoding="utf-8")
     (result,) = check(path, targets=("glsl", "osl"))
-    assert [f.code for f in result.findings] == []
+    known = Deviation.BLACK_BOOLEANS in versions.installed().deviations
+    assert [f.code for f in result.findings] == ["UPSTREAM_DEVIATION"] * known
     assert {r.targets["glsl"].status for r in result.renderables} == {"pass"}
     assert all(r.targets["osl"].stage == "compile" for r in result.renderables)

@@ -16,10 +16,12 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.findings.finding import Severity
 from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
+from mrm_mtlx.library.load import add_node_library
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.comparison.drawing import check_draws
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.sampling import generator
+from tests.fixtures.versions import planted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -92,11 +94,10 @@ def changed_standard_library(tmp_path_factory: pytest.TempPathFactory) -> Callab
         shutil.copytree(standard, root / "libraries")
         path = root / "libraries" / file
         text = path.read_text(encoding="utf-8")
-        assert old in text
-        path.write_text(text.replace(old, new), encoding="utf-8")
+        path.write_text(planted(text, old, new), encoding="utf-8")
         search_path, ours = mx.FileSearchPath(str(root)), mx.FileSearchPath(str(node_library_folder()))
         document = mx.createDocument()
-        mx.loadLibraries(["pbrlib"], ours, document)
+        add_node_library(document)
         mx.loadLibraries(mx.getDefaultDataLibraryFolders(), search_path, document)
         search_path.append(ours)
         return DataLibrary(Origin.MRM, document, search_path)

@@ -16,6 +16,8 @@ from mrm_mtlx.findings import rules
 from mrm_mtlx.findings.catalogue import RULES
 from mrm_mtlx.findings.finding import Finding, Severity
 from mrm_mtlx.findings.source_location import SourceLocation
+from mrm_mtlx.reference import versions
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import TARGETS
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult, ValidationResult
@@ -146,6 +148,8 @@ def test_the_schema_knows_every_rule_target_and_severity(schema):
 
 def test_a_real_report_follows_the_schema(gl, documents, settings, conforms):
     chosen = ["SHADER_DIFFERS", "DOC_INPUT_VALUE", "READ_XML", "SHADER_NOT_FINITE", "SHADER_GENERATE"]
+    if Deviation.MEDIUMP_FLOATS in versions.installed().deviations:
+        chosen.remove("SHADER_DIFFERS")  # its document differs in ESSL alone, where a narrow lobe is no number there
     targets = ("glsl", "essl", "vulkan", "msl")
     result = validate([documents / code for code in chosen], settings(targets=targets, jobs=2))
     report = json.loads(reports.to_json(result))

@@ -10,11 +10,12 @@ import pytest
 
 from mrm_mtlx.engines import osl
 from mrm_mtlx.engines.gl import SurfaceProgram
-from mrm_mtlx.library import Origin, surface_models
+from mrm_mtlx.library import Origin, dialects, load_library, surface_models
 from mrm_mtlx.library.surface_models import SURFACE_MODELS
 from mrm_mtlx.reference import Environment, Illumination, ShadingPoints, Surface
 from mrm_mtlx.render.ordinary import ordinary_copy
 from mrm_mtlx.shadergen import generate
+from mrm_mtlx.shadergen.precision import with_highp
 from mrm_mtlx.validation.checks.retroreflection import (
     UNSEEN,
     check_retroreflection,
@@ -114,8 +115,10 @@ def test_0_is_the_unmodified_model_and_1_the_flag_in_its_base_digit_by_digit_wit
 ):
     values, points = parameters(rng, model, library), samples(rng)
     none, between, all_of_it = (shown(document_of(model, values, library, x), points) for x in (0.0, BETWEEN, 1.0))
-    assert np.array_equal(none, shown(document_of(model, values, library), points))
-    assert np.array_equal(all_of_it, shown(flagged(model, values, library), points))
+    # MaterialX before 1.39.5 has mixtures in its graphs that leave 6e-16 of it.
+    digits = {"rtol": 0.0, "atol": 0.0} if dialects.installed().has_retroreflective else {"rtol": 8 * 2.0**-53}
+    assert np.allclose(none, shown(document_of(model, values, library), points), **digits)
+    assert np.allclose(all_of_it, shown(flagged(model, values, library), points), **digits)
     # Both are sums of a few dozen products of numbers that are not negative; each rounds by 2^-53.
     assert np.allclose(between, (1.0 - BETWEEN) * none + BETWEEN * all_of_it, rtol=100 * 2.0**-53, atol=1e-15)
     assert np.isfinite(all_of_it).all()
@@ -262,7 +265,7 @@ def test_an_amount_that_is_an_image_is_drawn_as_the_reference_has_it(gl, rng, li
     image.setInputValue("file", "where.exr", "filename")
     document.getNode("model").getInput(STANDARD.amount).setConnectedNode(image)
     element = document.getNode("m")
-    shader = generate(element, "essl", library)
+    shader = with_highp(generate(element, "essl", library))
     (file,) = [port.variable for port in shader.uniforms if port.path == "where/file"]
     expectation = Expectation(element, rng, 256, lambda _name: pixels)
     with SurfaceProgram(shader, {file: pixels}) as program:
@@ -327,6 +330,10 @@ def test_mdl_does_not_honour_an_amount(library):
     assert ignores_flag(generate(document.getNode("m"), "mdl", library), "model")
 
 
+# Of OpenPBR in the installed MaterialX.
+OWN_VERSION = load_library().document.getNodeDef("ND_open_pbr_surface_surfaceshader").getVersionString()
+
+
 def test_a_definition_that_is_named_and_one_of_another_version_say_what_they_lack(check, plain):
     path, text = plain(OPEN_PBR)
     path.write_text(text.replace('name="model"', 'name="model" nodedef="ND_open_pbr_surface_surfaceshader"'))
@@ -335,7 +342,7 @@ def test_a_definition_that_is_named_and_one_of_another_version_say_what_they_lac
     (found,) = check(path)[0].findings
     assert (found.code, found.message) == (
         "DOC_UNKNOWN_NODE",
-        "version 1.2 of 'open_pbr_surface' is not defined; it exists in 1.1.1",
+        f"version 1.2 of 'open_pbr_surface' is not defined; it exists in {OWN_VERSION}",
     )
 
 

@@ -20,6 +20,7 @@ from mrm_mtlx.engines.base import Lighting
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.reference import ShadingPoints, Surface
 from mrm_mtlx.shadergen import generate
+from tests.fixtures.versions import NODES_AS_WRITTEN
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -166,7 +167,7 @@ class Shown:
 
     def tolerance(self) -> Tolerance:
         """What the reference, as it is now, expects."""
-        return Surface(self.document.getNode(self.surface)).tolerance(self.points)
+        return Surface(self.document.getNode(self.surface), deviations=NODES_AS_WRITTEN).tolerance(self.points)
 
 
 class Stretch(NamedTuple):

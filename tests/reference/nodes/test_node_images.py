@@ -16,6 +16,7 @@ from mrm_mtlx.reference import ROUNDING_FACTOR, ShadingPoints, Surface
 from mrm_mtlx.reference.textures import hextile
 from mrm_mtlx.reference.textures import lookup as texture_lookup
 from mrm_mtlx.shadergen import generate
+from tests.fixtures.versions import NODES_AS_WRITTEN, planted
 
 if TYPE_CHECKING:
     from mrm_mtlx.bsdf.arrays import Array
@@ -127,13 +128,12 @@ def compared(gl_clean, make_document, library):
 
     def compare(nodes, points, images, drawn=None, instead="", old="", new=""):
         document = make_document(nodes)
-        surface = Surface(document.getNode("s"), images=images.get)
+        surface = Surface(document.getNode("s"), images=images.get, deviations=NODES_AS_WRITTEN)
         tolerance = surface.tolerance(points)
         document = make_document(instead or nodes)
         shader = generate(document.getNode("s"), "glsl", library)
         if old:
-            assert old in shader.sources["pixel"]
-            shader = replace(shader, sources={**shader.sources, "pixel": shader.sources["pixel"].replace(old, new)})
+            shader = replace(shader, sources={**shader.sources, "pixel": planted(shader.sources["pixel"], old, new)})
         files = {p.variable: (drawn or images).get(p.value) for p in shader.uniforms if p.type == "filename"}
         with SurfaceProgram(shader, {name: a for name, a in files.items() if a is not None}) as program:
             at = points.position, points.normal, points.tangent, points.texcoord

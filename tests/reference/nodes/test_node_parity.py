@@ -9,7 +9,10 @@ import pytest
 
 from mrm_mtlx.documents.graph import defining_graph
 from mrm_mtlx.library import load_library
+from mrm_mtlx.reference import versions
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.nodes import NODES
+from tests.fixtures.versions import since
 
 # Nodes that are not of this kind: pictures, noises, shaders.
 OTHERS = {
@@ -73,12 +76,14 @@ MODULES = (
 )
 
 
+@since("1.39.5", "definition of each function of the reference")
 def test_every_function_is_drawn_or_has_no_numbers_to_draw():
     functions = {name for name, function in NODES.items() if function.__module__.rpartition(".")[2] in MODULES}
     texts = {f"ND_{node}_{kind}" for node in ("constant", "dot", "geompropvalueuniform") for kind in TEXTS}
     assert functions - {name for names in SHEETS.values() for name in names} == {*texts, "ND_dot_surfaceshader"}
 
 
+@since("1.39.5", "definition of each function of the reference")
 def test_no_function_is_for_a_definition_that_the_library_does_not_have(library):
     assert [name for name in NODES if library.document.getNodeDef(name) is None] == []
 
@@ -172,7 +177,9 @@ SEEN = 0.1
 @pytest.mark.parametrize("sheet", [sheet for sheet, names in SHEETS.items() if WRONG.keys() & set(names)])
 def test_errors_in_a_function_are_seen(shown, monkeypatch, sheet):
     right, seen = {}, {}
-    for node in shown([name for name in SHEETS[sheet] if name in WRONG]):
+    # A ramp from the top is what MaterialX had before 1.39.5.
+    right_here = {"ND_ramptb_float"} if Deviation.VERTICAL_RAMPS in versions.installed().deviations else set()
+    for node in shown([name for name in SHEETS[sheet] if name in WRONG.keys() - right_here]):
         name = node.label.split()[0]
         right[name] = max(right.get(name, 0.0), float(np.max(node.tolerance().excess(node.found))))
         with monkeypatch.context() as patch:

@@ -8,6 +8,7 @@ import pytest
 from mrm_mtlx.reference import ShadingPoints, Surface
 from mrm_mtlx.reference.float32.rounding import UNIT
 from mrm_mtlx.reference.nodes import NODES
+from tests.fixtures.versions import since
 
 FG, BG = {"fg": "0.25, 0.5, 0.75, 0.5"}, {"bg": "0.5, 0.25, 0, 0.25"}
 OPAQUE = {"fg": "0.25, 0.5, 0.75, 0.75", "bg": "0.5, 0.25, 0, 0.5"}
@@ -34,7 +35,6 @@ VALUES = [
     ("transformmatrix_vector2M3", {"in": "0, 0", "mat": NINE}, [7.0, 8.0]),
     ("transformmatrix_vector3M4", {"in": "0, 0, 0", "mat": SIXTEEN}, [13.0, 14.0, 15.0]),
     ("transformmatrix_vector4", {"in": "0, 0, 1, 0", "mat": SIXTEEN}, [9.0, 10.0, 11.0, 12.0]),
-    ("extract_matrix33", {"in": NINE, "index": "1"}, [4.0, 5.0, 6.0]),
     ("multiply_matrix33", {"in1": NINE, "in2": CYCLE}, [3.0, 1.0, 2.0, 6.0, 4.0, 5.0, 10.0, 7.0, 8.0]),
     ("divide_matrix33", {"in1": NINE, "in2": CYCLE}, [2.0, 3.0, 1.0, 5.0, 6.0, 4.0, 8.0, 10.0, 7.0]),
     ("invertmatrix_matrix33", {"in": CYCLE}, [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
@@ -126,6 +126,11 @@ def as_shown(value):
 
 def named(case):
     return " ".join([case[0], *case[1].values()])
+
+
+@since("1.39.5", "rows of matrices")
+def test_a_row_of_a_matrix_is_its_vector(evaluated):
+    assert evaluated("ND_extract_matrix33", {"in": NINE, "index": "1"}).tolist() == [[4.0, 5.0, 6.0]]
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
+from mrm_mtlx.reference import versions
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.comparison.document_mends import MENDS
@@ -18,6 +19,7 @@ from mrm_mtlx.validation.comparison.drawing import check_draws
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.mending import mended_shaders
 from mrm_mtlx.validation.comparison.sampling import generator
+from tests.fixtures.versions import since
 
 MATERIAL = """
   <surface_unlit name="u" type="surfaceshader">
@@ -155,7 +157,12 @@ def checked(gl, make_document, library, images):
     return check
 
 
-@pytest.mark.parametrize("name", CASES)
+# Before 1.39.5, generators end the process of a definition whose outputs are in another order.
+ENDING = {"outputs in another order": since("1.39.5", "code for outputs in another order")}
+SURVIVED = [pytest.param(name, marks=ENDING.get(name, ())) for name in CASES]
+
+
+@pytest.mark.parametrize("name", SURVIVED)
 def test_what_the_document_spares_is_told_by_name(checked, name):
     text, deviation, _ = CASES[name]
     result, findings = checked(text)
@@ -164,7 +171,7 @@ def test_what_the_document_spares_is_told_by_name(checked, name):
     assert f"({deviation.value})" in findings[0].message
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", SURVIVED)
 def test_another_error_is_none_that_the_document_spares(checked, name):
     text, _, change = CASES[name]
     result, findings = checked(text, text.replace(*change))
@@ -210,4 +217,5 @@ def test_a_deviation_of_the_source_is_mended_in_a_mended_document_too(make_docum
     document = make_document(TWO_GRAPHS + SUM + NODE)
     (element,) = renderable_elements(document)
     tried = [names for names, _ in mended_shaders(element, library, generate(element, "essl", library))]
-    assert {NAMES, Deviation.LOWP_SAMPLERS} in tried
+    stated = {Deviation.MEDIUMP_FLOATS} & versions.installed().deviations
+    assert {NAMES, Deviation.LOWP_SAMPLERS, *stated} in tried

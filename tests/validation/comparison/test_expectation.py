@@ -14,6 +14,7 @@ from mrm_mtlx.shadergen import generate
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.samples import compare, worse
 from mrm_mtlx.validation.comparison.sampling import generator
+from tests.fixtures.versions import planted
 
 # Glass over a diffuse base: it reflects, refracts its environment, and dims what is below.
 GLASS = """
@@ -40,8 +41,7 @@ def glass(surface_document, library):
 
 def drawn(expectation, shader, old="", new=""):
     pixel = shader.sources["pixel"]
-    assert old in pixel
-    changed = replace(shader, sources={**shader.sources, "pixel": pixel.replace(old, new) if old else pixel})
+    changed = replace(shader, sources={**shader.sources, "pixel": planted(pixel, old, new) if old else pixel})
     with SurfaceProgram(changed) as program:
         return expectation.draw(program)
 

@@ -12,10 +12,12 @@ from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.shadergen import generate, renderable_elements
+from mrm_mtlx.shadergen.precision import with_highp
 from mrm_mtlx.validation.comparison.drawing import check_draws
 from mrm_mtlx.validation.comparison.expectation import Expectation
 from mrm_mtlx.validation.comparison.mending import mended_sources
 from mrm_mtlx.validation.comparison.sampling import generator
+from tests.fixtures.versions import planted
 
 # Hash of integers: of 32 bits where they are mediump, in a driver that has 16 for those.
 NOISE = '<noise3d name="n" type="float"/><output name="o" type="float" nodename="n"/>'
@@ -53,10 +55,9 @@ def checked(gl, make_document, library, images):
         document = make_document(text)
         (element,) = renderable_elements(document)
         expectation = Expectation(element, generator(0, "mending"), 512, images)
-        shader = generate(element, target, library)
+        shader = with_highp(generate(element, target, library))
         pixel = shader.sources["pixel"]
-        assert old in pixel
-        changed = replace(shader, sources={**shader.sources, "pixel": pixel.replace(old, new) if old else pixel})
+        changed = replace(shader, sources={**shader.sources, "pixel": planted(pixel, old, new) if old else pixel})
         return check_draws(ENGINE, changed, images, {"": (expectation, {})}, "")[""]
 
     return check
@@ -97,7 +98,7 @@ def test_another_error_is_no_low_precision(checked, name):
 
 def test_every_mend_is_tried_alone_and_with_the_others(make_document, library):
     document = make_document(NOISE)
-    shader = generate(document.getOutput("o"), "essl", library)
+    shader = with_highp(generate(document.getOutput("o"), "essl", library))
     tried = dict(mended_sources(shader))
     assert [len(deviations) for deviations in tried] == [1, 1, 2]
     assert frozenset().union(*tried) == {Deviation.MEDIUMP_INTEGERS, Deviation.LOWP_SAMPLERS}
