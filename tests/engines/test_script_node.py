@@ -93,9 +93,28 @@ def made() -> Callable[[str, OslMode], tuple[Shader, ScriptNode]]:
 
 
 @pytest.fixture(scope="module")
-def seen(blender, made) -> Seen:
+def printed(surface_document, library, write_image, tmp_path_factory) -> tuple[Shader, ScriptNode]:
+    """A diffuse surface with an image, red on the left, green on the right, brighter above: both forms."""
+    pixels = np.zeros((32, 32, 3), np.float32)
+    pixels[:, :16, 0], pixels[:, 16:, 1] = 0.2, 0.2
+    pixels[:8] *= 4.0
+    image = write_image(tmp_path_factory.mktemp("image") / "print.exr", pixels)
+    document = surface_document(
+        f'<image name="print" type="color3"><input name="file" type="filename" value="{image}"/></image>'
+        '<oren_nayar_diffuse_bsdf name="bsdf" type="BSDF"><input name="color" type="color3" nodename="print"/>'
+        "</oren_nayar_diffuse_bsdf>"
+    )
+    shader = generate(document.getNode("m"), "osl", library)
+    return shader, script_node(document.getNode("m"), shader)
+
+
+@pytest.fixture(scope="module")
+def seen(blender, made, printed) -> Seen:
     """Each material in two modes, in both forms; and damaged ones."""
-    sources = {}
+    sources = {
+        "print.external": with_mesh_inputs(printed[0].sources["pixel"]),
+        "print": printed[1].shader.sources["pixel"],
+    }
     for name in MATERIALS:
         for mode in (OslMode.ALIGNED, OslMode.CYCLES):
             ordinary, node = made(name, mode)
@@ -122,6 +141,17 @@ def test_blender_shows_the_sockets_that_are_told_and_no_others(seen, made, name)
         np.testing.assert_array_equal(np.float32(values), np.float32(default))
     assert shown["outputs"] == ["Surface"]
     assert len(seen.nodes[f"{name}.aligned.external"]["inputs"]) > 40
+
+
+def test_an_image_is_no_socket_and_lies_as_in_the_ordinary_form(seen):
+    assert [socket["name"] for socket in seen.nodes["print"]["inputs"]] == ["UV"]
+    picture = seen.pictures["print"]
+    np.testing.assert_allclose(picture, seen.pictures["print.external"], rtol=0, atol=SAME_PICTURE * np.max(picture))
+    # The sphere is seen from above: the image's upper quarter in the middle; a half of it is red, a half green.
+    for channel, other in ((0, 1), (1, 0)):
+        assert np.sum(picture[..., channel] > 10.0 * picture[..., other]) > 0.2 * np.sum(picture[..., 3])
+    inner, outer = picture[len(picture) // 2, [14, 7], :3].max(axis=-1)
+    assert inner > 3.0 * outer > 0.0
 
 
 def difference(seen: Seen, one: str, other: str) -> float:
