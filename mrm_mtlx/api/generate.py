@@ -132,7 +132,7 @@ def generate(
             shader = _in_form(opened.element(name), shader, self_contained, script_node)
         except GenerationError as error:
             raise opened.shader_error(rules.SHADER_GENERATE, name, error) from error
-        shaders[name], found = _precise(shader, stated=stated_precision)
+        shaders[name], found = _mended(shader, stated=stated_precision)
         findings += [opened.source.in_source(rules.UPSTREAM_DEVIATION.at(f"/{name}", message)) for message in found]
     listener.findings(findings)
     files = {
@@ -146,11 +146,15 @@ def generate(
     return GeneratedSource(target, shaders, files, (*opened.findings, *findings))
 
 
-def _precise(shader: Shader, *, stated: bool) -> tuple[Shader, list[str]]:
-    """The shader with its floats highp, or as stated; and what is to be said of them."""
+def _mended(shader: Shader, *, stated: bool) -> tuple[Shader, list[str]]:
+    """The shader with its floats highp, or as stated, and in a form that compiles; and what is to be said of it."""
     from mrm_mtlx.library import materialx_version
     from mrm_mtlx.shadergen.precision import states_mediump, with_highp
+    from mrm_mtlx.shadergen.undeclared_block import names_undeclared_block, with_members_alone
 
+    if names_undeclared_block(shader):
+        names = f"vulkan: MaterialX {materialx_version()} names a block that it does not declare (undeclared-block)"
+        return with_members_alone(shader), [f"{names}; here its members are named alone, or nothing would compile"]
     if not states_mediump(shader):
         return shader, []
     states = f"essl: MaterialX {materialx_version()} states mediump of floats (mediump-floats)"

@@ -59,6 +59,8 @@ class Deviation(Enum):
 
     `BLACK_BOOLEANS`: an output of type boolean is black before MaterialX 1.39.5.
 
+    `UNDECLARED_BLOCK`: Vulkan GLSL names a block that it does not declare before MaterialX 1.39.4; nothing compiles.
+
     `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
     space of the file that defines it.
     """
@@ -81,4 +83,5 @@ class Deviation(Enum):
     HSV_ALPHA = "hsv-alpha"
     HEXTILE_ALPHA = "hextile-alpha"
     BLACK_BOOLEANS = "black-booleans"
+    UNDECLARED_BLOCK = "undeclared-block"
     DEFAULT_COLORS = "default-colors"

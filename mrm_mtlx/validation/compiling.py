@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from mrm_mtlx.engines.base import CompileError, EngineFailure
 from mrm_mtlx.findings import rules
+from mrm_mtlx.reference.deviations import Deviation
+from mrm_mtlx.shadergen.undeclared_block import names_undeclared_block, with_members_alone
 from mrm_mtlx.validation.results import Stage, Status, TargetResult
 
 if TYPE_CHECKING:
@@ -22,7 +24,11 @@ def check_compiles(engine: Engine, shader: Shader, place: str) -> tuple[TargetRe
     try:
         engine.compile(shader).release()
     except CompileError as error:
-        return refused(shader.target, error.messages[0], place)
+        if not names_undeclared_block(shader):
+            return refused(shader.target, error.messages[0], place)
+        result, findings = check_compiles(engine, with_members_alone(shader), place)
+        known = f"{shader.target}: it deviates as known ({Deviation.UNDECLARED_BLOCK.value}): {error.messages[0]}"
+        return result, findings or [rules.UPSTREAM_DEVIATION.at(place, known)]
     except EngineFailure as error:
         return refused(shader.target, error, place)
     return TargetResult(Stage.COMPILE, Status.PASS), []

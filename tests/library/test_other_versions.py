@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 import MaterialX as mx
 import pytest
 
-from mrm_mtlx.engines import osl
+from mrm_mtlx.engines import glslang, osl
 from mrm_mtlx.library import materials_folder
 from mrm_mtlx.library.assembly import node_library_files, served
+from mrm_mtlx.shadergen import Shader
+from mrm_mtlx.validation.compiling import check_compiles
 from tests.library.test_definitions import differences
 from tests.library.test_wrappers import NODES, arguments, mismatches, standard_source, wrapper
 from tools.environments import MAIN, MAIN_VERSION
@@ -27,8 +29,6 @@ pytestmark = pytest.mark.versions
 
 FLAG = "retroreflective"
 VERSIONS = ("1.39.0", "1.39.1", "1.39.2", "1.39.3", "1.39.4", MAIN)
-# GLSL for Vulkan names a block before it declares it; MaterialX's own materials do not compile either.
-WITHOUT_VULKAN = ("1.39.0", "1.39.1", "1.39.2", "1.39.3")
 
 
 def number(version: str) -> str:
@@ -122,20 +122,20 @@ for path in sorted(materials_folder().glob("*.mtlx")):
     mx.readFromXmlFile(document, str(path))
     set_data_library(document, library.document)
     for element in renderable_elements(document):
-        sources[element.getName()] = generate(element, sys.argv[1], library).sources["pixel"]
+        sources[element.getName()] = generate(element, sys.argv[1], library).sources
 print(json.dumps(sources))
 """
 
 
 @pytest.fixture
-def generated(with_materialx, repository: Path) -> Callable[[str, str], dict[str, str]]:
-    """Function from a version and a target to the sources of all ready materials, by name."""
+def generated(with_materialx, repository: Path) -> Callable[[str, str], dict[str, dict[str, str]]]:
+    """Function from a version and a target to the sources of all ready materials, by name and stage."""
 
-    def generate(version: str, target: str) -> dict[str, str]:
+    def generate(version: str, target: str) -> dict[str, dict[str, str]]:
         command = [with_materialx(version), "-c", GENERATE, target]
         variables = {**os.environ, "PYTHONPATH": str(repository)}
         done = subprocess.run(command, capture_output=True, text=True, check=True, env=variables)
-        sources: dict[str, str] = json.loads(done.stdout)
+        sources: dict[str, dict[str, str]] = json.loads(done.stdout)
         assert len(sources) == len(list(materials_folder().glob("*.mtlx")))
         return sources
 
@@ -144,15 +144,21 @@ def generated(with_materialx, repository: Path) -> Callable[[str, str], dict[str
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_all_ready_materials_compile_in_osl(generated, cycles, version):
-    for name, source in generated(version, "osl").items():
-        osl.check(source, name)
+    for name, sources in generated(version, "osl").items():
+        osl.check(sources["pixel"], name)
 
 
-@pytest.mark.parametrize("version", sorted(set(VERSIONS) - set(WITHOUT_VULKAN)))
-def test_all_ready_materials_compile_for_vulkan(mrm_with, version):
-    run = mrm_with(version, "validate", materials_folder(), "--target", "vulkan", "--samples", "64")
-    assert run.returncode == 0, run.stdout + run.stderr
-    assert "0 errors" in run.stdout
+# Before 1.39.4 as mended, see undeclared-block in docs/upstream-notes.md; 1.39.0 and 1.39.1 the command does not know.
+@pytest.mark.parametrize("version", VERSIONS)
+def test_all_ready_materials_compile_for_vulkan(generated, version):
+    if not glslang.ENGINE.availability().available:
+        pytest.skip(f"vulkan: {glslang.ENGINE.availability().reason}")
+    for name, sources in generated(version, "vulkan").items():
+        shader = Shader("vulkan", name, sources, (), (), "vd")
+        result, findings = check_compiles(glslang.ENGINE, shader, name)
+        assert result.status == "pass", findings
+        known = version in ("1.39.0", "1.39.1", "1.39.2", "1.39.3")
+        assert [finding.code for finding in findings] == ["UPSTREAM_DEVIATION"] * known
 
 
 def wrong_calls(source: str) -> list[str]:
@@ -166,7 +172,7 @@ def wrong_calls(source: str) -> list[str]:
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_msl_calls_functions_of_ours_with_the_arguments_that_they_have(generated, version):
-    sources = generated(version, "msl")
+    sources = {name: stages["pixel"] for name, stages in generated(version, "msl").items()}
     assert {name: wrong_calls(source) for name, source in sources.items() if wrong_calls(source)} == {}
     source = next(iter(sources.values()))
     assert wrong_calls(re.sub(r"(mrm_\w+_bsdf\w*\()(\w+), (.*\);)", r"\1\3", source)) != []

@@ -23,4 +23,8 @@ NUMBERS_1_39_3 = replace(
     NUMBERS_1_39_0,
     throughputs=Throughputs(added=total, multiplied=product, layered=total, over_medium=total),
 )
-NUMBERS_1_39_4 = replace(NUMBERS_1_39_0, throughputs=replace(SPECIFIED, over_medium=total))
+NUMBERS_1_39_4 = replace(
+    NUMBERS_1_39_0,
+    throughputs=replace(SPECIFIED, over_medium=total),
+    deviations=NUMBERS_1_39_0.deviations - {Deviation.UNDECLARED_BLOCK},
+)
