@@ -185,6 +185,25 @@ def printed_by(render: Callable[[], Array]) -> tuple[Array, str]:
     return found, log.read_bytes()[before:].decode()
 
 
+# Where a node before it gave a portal, at this point; the variables as they are at the start, at the origin or not; and
+# those that another point has left.
+SHARED = {"Ps = P; dPdtime = vector(N);": 1.0, "Ps = P; dPdtime = 0;": 0.0, "Ps = P + 1.0; dPdtime = vector(N);": 0.0}
+
+
+@pytest.mark.parametrize("before", SHARED)
+def test_a_portal_is_told_from_none_and_from_that_of_another_point(cycles, before):
+    source = (
+        '#define MRM_OSL_MODE 2\n#include "mrm_retroreflection.osl"\n'
+        f"shader told(float a = 0, output closure color out = 0)\n{{\n    normal n = 0;\n    {before}\n"
+        "    out = emission() * color(mrm_has_portal(n), a, 0.0);\n}\n"
+    )
+    bench = osl.CYCLES.bench
+    assert bench is not None
+    program = bench.compile(source, "told", sorted((GENOSL / "lib").glob("*.osl")))
+    found = program.emitted({"a": np.array([0.5, 0.25])})
+    np.testing.assert_array_equal(found, [[SHARED[before], 0.5, 0.0], [SHARED[before], 0.25, 0.0]])
+
+
 @pytest.mark.parametrize("node", NODES)
 def test_an_unknown_keyword_changes_no_bit_and_is_warned_of_once(lit, rng, hemisphere, node):
     normals = hemisphere(rng, 300)
