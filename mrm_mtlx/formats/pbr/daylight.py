@@ -40,6 +40,8 @@ _LEFT = ("useSpecularWorkflow", "specularColor", "opacityMode", "displacement")
 # The reflectance at normal incidence of a film or of gltf_pbr by default, and the largest that an index is written for.
 _FILM, _LARGEST = 0.04, 0.36
 _PLACES, _SEED = 64, 7
+# What white has to add to what is seen by day, for a colour to be found by it: of what is transparent, it does not.
+_SEEN = 1e-3
 # What is more of a metal than this has the colour of its lobe, which is not seen from aside.
 _METAL = 0.5
 
@@ -96,7 +98,22 @@ def daylight(element: Any, images: Pixels) -> Look:
             losses.append(("/normal", str(error)))
     if not is_unlit:
         look["diffuseColor"] = _calibrated(element, images, values, look)
-    return Look(look, losses)
+    return _checked(Look(look, losses))
+
+
+def _checked(look: Look) -> Look:
+    """The look itself.
+
+    Raises
+    ------
+    InexpressibleError
+        If one of its numbers is not finite.
+    """
+    for name, value in look.inputs.items():
+        if not np.all(np.isfinite(value.offset) & np.isfinite(value.scale)):
+            msg = f"its {name} would be no finite number"
+            raise InexpressibleError(msg)
+    return look
 
 
 def _own(node: Any) -> Look:
@@ -110,7 +127,7 @@ def _own(node: Any) -> Look:
             losses.append((f"/{name}", instead.reason))
             if instead.value is not None:
                 found[name] = instead.value
-    return Look(found, losses)
+    return _checked(Look(found, losses))
 
 
 def _sayable(value: Term, values: ModelValues) -> Term:
@@ -192,11 +209,13 @@ def _calibrated(element: Any, images: Pixels, values: ModelValues, look: dict[st
         return color
     plain = {name: Term.constant(values.mean(value)) for name, value in look.items() if name != "normal"}
     dark, change = _linear(lambda c: model_document(library, PREVIEW, {**plain, "diffuseColor": c}))
+    if not np.all(change > _SEEN):
+        return color
     if color.lookup is None:
         wanted = _by_day(Surface(element, images=images))
         return Term.constant(_rounded(np.clip((wanted - dark) / change, 0.0, 1.0)))
     theirs = _linear(lambda c: model_document(library, _GLTF, values.means(base_color=c)))
-    return color * (theirs[1] / change) + (theirs[0] - dark) / change
+    return color * _rounded(theirs[1] / change) + _rounded((theirs[0] - dark) / change)
 
 
 def _linear(model: Callable[[Term], mx.Document]) -> tuple[Array, Array]:

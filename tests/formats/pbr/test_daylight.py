@@ -11,6 +11,7 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.formats.pbr import comparison, daylight
 from mrm_mtlx.formats.pbr.model_nodes import MODEL
+from mrm_mtlx.formats.pbr.placement import InexpressibleError
 from mrm_mtlx.formats.pbr.term import Term
 from mrm_mtlx.formats.pbr.value_sources import resolved
 from mrm_mtlx.formats.reading import read_document
@@ -143,3 +144,23 @@ def test_an_unlit_surface_shines_by_itself_alone(looks, tmp_path):
     *_, look = looks(made(tmp_path, f'<surface_unlit name="s" type="surfaceshader">{inputs}</surface_unlit>'))
     assert look.inputs["emissiveColor"].value == pytest.approx([0.2, 0.3, 0.4])
     assert not np.any(look.inputs["diffuseColor"].value)
+
+
+def test_what_is_transparent_keeps_its_colour(looks, tmp_path):
+    inputs = (
+        '<input name="base_color" type="color3" value="0.2, 0.3, 0.4" /><input name="alpha" type="float" value="0" />'
+        '<input name="metallic" type="float" value="0" /><input name="alpha_mode" type="integer" value="2" />'
+    )
+    *_, look = looks(made(tmp_path, f'<gltf_pbr name="s" type="surfaceshader">{inputs}</gltf_pbr>'))
+    assert look.inputs["diffuseColor"].value == pytest.approx([0.2, 0.3, 0.4])
+
+
+def test_a_number_that_is_not_finite_makes_no_look(looks, tmp_path):
+    divided = (
+        '<divide name="d" type="float"><input name="in1" type="float" value="1" />'
+        '<input name="in2" type="float" value="0" /></divide>'
+    )
+    inputs = '<input name="roughness" type="float" nodename="d" />'
+    path = made(tmp_path, f'{divided}<UsdPreviewSurface name="s" type="surfaceshader">{inputs}</UsdPreviewSurface>')
+    with pytest.raises(InexpressibleError, match="its roughness would be no finite number"):
+        looks(path)

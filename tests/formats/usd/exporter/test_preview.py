@@ -214,8 +214,8 @@ def in_blender(cycles):
     return run
 
 
-# Relative: Blender's Principled node has an account of its own of the lobe over the diffuse base. In Blender 4.5, 5.0, 5.1
-# and 5.3 it comes to 0.3 %.
+# Relative: Blender's Principled node has an account of its own of the lobe over the diffuse base. In Blender 4.5, 5.0,
+# 5.1 and 5.3 it comes to 0.3 %.
 BLENDERS_OWN = 0.01
 
 
