@@ -1,0 +1,1 @@
+"""What hosts draw with the library that was installed for them: a picture, and the shaders that they made for it."""
