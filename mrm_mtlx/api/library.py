@@ -98,7 +98,8 @@ def install_library(
         "plain" it is by default that of `stdlib`, or the one that is installed here.
     stdlib
         Folder of the host, or of its standard library, of which the surface models are made. Default: where the host is
-        commonly installed, the MaterialX that is installed here, or a wheel that is fetched, whichever has the version.
+        commonly installed, the MaterialX that is installed here, another host's, or a wheel that is fetched, whichever
+        has the version.
     form
         "sources" or "portable"; by default the one that the host takes.
 
@@ -123,6 +124,8 @@ def install_library(
             library = library_for(standard, Form(form) if form else chosen.form, chosen.choice)
         except StandardLibraryError as error:
             raise ArgumentError(str(error), "stdlib" if stdlib else "") from error
+        except LookupError as error:
+            raise ArgumentError(str(error.args[0]), "form") from error
         value = _value(chosen, destination, standard, kept=not standard.folder.is_relative_to(scratch))
         try:
             files = write_library(destination, library.files)
@@ -183,10 +186,13 @@ def _version(host: Host, stated: str | None, stdlib: PathLike | None) -> str:
 
 def _standard_library(host: Host, version: str, stdlib: PathLike | None, scratch: Path) -> StandardLibrary:
     from mrm_mtlx.library import standard_library, wheel
+    from mrm_mtlx.library.hosts import HOSTS
 
     if stdlib is not None:
         return standard_library.given(path_of("stdlib", stdlib).expanduser(), version)
-    found = standard_library.of_host(host, version) or standard_library.installed(version)
+    found = standard_library.of_hosts([host], version) or standard_library.installed(version)
+    # The data of a version are the same wherever they lie.
+    found = found or standard_library.of_hosts((each for each in HOSTS.values() if each != host), version)
     return found or wheel.fetched(version, scratch)
 
 

@@ -53,6 +53,9 @@ class Dialect:
         The method by which a shader generator learns the types of a document; "" where it has none.
     least_environment_samples
         Fewest directions to an environment with which generated code gives a number; 0 gives 0 / 0 before 1.39.5.
+    walks_every_path
+        Validation and generation walk a graph along every path through it, so that those of the portable form, with
+        values that many nodes use, take hours.
     """
 
     has_retroreflective: bool
@@ -62,6 +65,7 @@ class Dialect:
     has_data_libraries: bool = True
     type_registration: str = "registerTypeDefs"
     least_environment_samples: int = 0
+    walks_every_path: bool = False
 
 
 _BEFORE_1_39 = Dialect(
@@ -75,8 +79,15 @@ _1_39_0 = Dialect(
     has_data_libraries=False,
     type_registration="",
     least_environment_samples=1,
+    walks_every_path=True,
 )
-_1_39_2 = replace(_1_39_0, msl_inherits=True, has_data_libraries=True, type_registration="loadStructTypeDefs")
+_1_39_2 = replace(
+    _1_39_0,
+    msl_inherits=True,
+    has_data_libraries=True,
+    type_registration="loadStructTypeDefs",
+    walks_every_path=False,
+)
 _1_39_3 = replace(_1_39_2, closures="1.39.3", type_registration="registerTypeDefs")
 
 DIALECTS = {

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.library.host_models import MODELS_FILE, models_version
-from mrm_mtlx.library.hosts import STANDARD_VARIABLE, Choice
+from mrm_mtlx.library.host_models import MODELS_FILE, models_version, without_standard_nodes
+from mrm_mtlx.library.hosts import STANDARD_VARIABLE, Choice, Form
 from mrm_mtlx.library.install import FOLDER, nodes
 from mrm_mtlx.library.standard_library import FIRST_DEFINED, StandardLibraryError, version_of_folder
 from mrm_mtlx.library.surface_models import SURFACE_MODELS
@@ -21,14 +21,16 @@ from mrm_mtlx.system.text import printable
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from mrm_mtlx.library.hosts import Form, Host
+    from mrm_mtlx.library.hosts import Host
 
 QUESTION = Path(__file__).with_name("host_question.py")
 _MARK = "mrm-host-answer "
 # Seconds; Blender loads in one, from a cold disk in ten.
 _LONGEST_S = 120.0
 
-_OURS, _MODEL = "ND_conductor_bsdf", SURFACE_MODELS[0]
+# Of each form a definition that has the flag.
+_OURS = {Form.SOURCES: "ND_conductor_bsdf", Form.PORTABLE: "ND_mrm_portable_conductor_bsdf"}
+_MODEL = SURFACE_MODELS[0]
 _STOCK = f"ND_{_MODEL.node}_surfaceshader"
 
 
@@ -103,9 +105,9 @@ def _folder(folder: Path, install: str) -> Check:
 
 def _nodes(folder: Path, version: str, form: Form, install: str) -> Check:
     """Whether the files are those for a version."""
-    if _agrees(folder, nodes(version, form)):
+    if _agrees(folder, version, form):
         return Check("library", True, f"for MaterialX {version}")
-    others = [other for other in FIRST_DEFINED if _agrees(folder, nodes(other, form))]
+    others = [other for other in FIRST_DEFINED if _agrees(folder, other, form)]
     if others:
         return Check("library", False, f"for MaterialX {' or '.join(others)}, not for {version}", install)
     return Check("library", False, "files are missing, changed, or of another version of this package", install)
@@ -130,7 +132,8 @@ def _asked(host: Host, version: str, folder: Path, program: str | None) -> list[
     chosen = program or _program(host)
     if chosen is None:
         return [Check("host", None, "not asked", "--ask PROGRAM names its Python interpreter, or Blender")]
-    answer = _answer(chosen, host.module)
+    node = _OURS[host.form]
+    answer = _answer(chosen, host.module, [node, _MODEL.definition, _STOCK])
     if "error" in answer:
         said = f"{chosen} does not answer: {answer['error']}"
         return [Check("host", False, said, "--ask PROGRAM names another interpreter")]
@@ -140,12 +143,12 @@ def _asked(host: Host, version: str, folder: Path, program: str | None) -> list[
         remedy = f"usd-core is built without; other builds may need {STANDARD_VARIABLE}"
         return [Check("host", False, said, remedy)]
     found = [_host_version(answer["usd"], defined, version, host)]
-    ours, model, stock = (defined.get(name) for name in (_OURS, _MODEL.definition, _STOCK))
+    ours, model, stock = (defined.get(name) for name in (node, _MODEL.definition, _STOCK))
     remedy = "the variable has to be set where the host is started, and name this folder first"
     if ours is None or not _is_below(ours["file"], folder):
-        found.append(Check("nodes", False, f"{_OURS} is found {_where(ours)}, not in {folder}", remedy))
+        found.append(Check("nodes", False, f"{node} is found {_where(ours)}, not in {folder}", remedy))
     else:
-        found.append(Check("nodes", True, f"{_OURS} is ours, with {', '.join(_flags(ours['inputs']))}"))
+        found.append(Check("nodes", True, f"{node} is ours, with {', '.join(_flags(ours['inputs']))}"))
     if model is None or not _flags(model["inputs"]):
         found.append(Check("model", False, f"{_MODEL.definition} is not known", remedy))
     else:
@@ -178,9 +181,9 @@ def _host_version(usd: str, defined: Mapping[str, Any], version: str, host: Host
     return Check("host", True, said)
 
 
-def _answer(program: str, module: str) -> dict[str, Any]:
+def _answer(program: str, module: str, definitions: list[str]) -> dict[str, Any]:
     """What a host says of the definitions, by name; or `error`."""
-    names = [*([module] if module else []), _OURS, _MODEL.definition, _STOCK]
+    names = [*([module] if module else []), *definitions]
     blender = Path(program).stem.lower().startswith("blender")
     options = ["--background", "--factory-startup", "--python", str(QUESTION), "--"] if blender else [str(QUESTION)]
     try:
@@ -219,12 +222,16 @@ def _is_ours(folder: Path) -> bool:
     return (folder / FOLDER / "mrm_defs.mtlx").is_file()
 
 
-def _agrees(folder: Path, files: Mapping[str, bytes]) -> bool:
-    """Whether a folder has these files, whatever else it has."""
+def _agrees(folder: Path, version: str, form: Form) -> bool:
+    """Whether a folder has the node library for a version, whatever else it has."""
     try:
-        return all((folder / name).read_bytes() == content for name, content in files.items())
-    except OSError:
+        expected = nodes(version, form)
+        found = {name: (folder / name).read_bytes() for name in expected}
+        if form is Form.PORTABLE:
+            found, expected = without_standard_nodes(found), without_standard_nodes(expected)
+    except Exception:  # not there, no document, or not of this form: MaterialX's exceptions have no base of their own
         return False
+    return found == expected
 
 
 def _is_below(file: str, folder: Path) -> bool:

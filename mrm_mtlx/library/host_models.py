@@ -102,6 +102,47 @@ def surface_models_for(standard: StandardLibrary, choice: Choice) -> HostModels:
     return HostModels(_xml(alone), extensions)
 
 
+def with_standard_nodes(files: Mapping[str, bytes], standard: StandardLibrary) -> dict[str, bytes]:
+    """The portable form, with the standard definitions of its nodes before its own.
+
+    A node without the flag gets the first definition of its category: else a graph of ours would serve each BSDF in the
+    standard surface models, where it lets another amount of light through to the layers below.
+
+    Raises
+    ------
+    StandardLibraryError
+        If a file cannot be read.
+    """
+    stock = standard.nodes()
+    return {name: _with_standard(text, stock) if name.endswith(".mtlx") else text for name, text in files.items()}
+
+
+def without_standard_nodes(files: Mapping[str, bytes]) -> dict[str, bytes]:
+    """What `with_standard_nodes` was given, in MaterialX's own formatting."""
+    return {name: _without_standard(text) if name.endswith(".mtlx") else text for name, text in files.items()}
+
+
+def _without_standard(text: bytes) -> bytes:
+    part = _parsed(text)
+    for name in (f"ND_{node}" for node in MICROFACET_NODES):
+        if part.getNodeDef(name) is not None:
+            part.removeNodeDef(name)
+    return _xml(part).encode()
+
+
+def _with_standard(text: bytes, stock: mx.Document) -> bytes:
+    part, merged = _parsed(text), mx.createDocument()
+    categories = {definition.getNodeString() for definition in part.getNodeDefs()} & set(MICROFACET_NODES)
+    if not categories:
+        return text
+    for definition in stock.getNodeDefs():
+        if definition.getNodeString() in categories:
+            _copy(definition, merged)
+    for element in part.getChildren():
+        _copy(element, merged)
+    return _xml(merged).encode()
+
+
 def models_version(text: str) -> str:
     """The version of MaterialX that a file of surface models was made from; "" for another text."""
     _, found, rest = text.partition(_WRITTEN)
@@ -109,7 +150,7 @@ def models_version(text: str) -> str:
 
 
 def flagged_definitions(files: Mapping[str, bytes], version: str) -> str:
-    """The microfacet nodes with their flag as definitions of other names, of a node library; "" where nobody needs it.
+    """The microfacet nodes with their flag as definitions of other names, of a node library; "" if there is no need.
 
     A host that resolves a document's nodes by the standard library before ours, as UsdMtlx does, knows no definition
     with the flag before MaterialX 1.39.5, and drops the node.

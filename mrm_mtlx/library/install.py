@@ -6,9 +6,16 @@ import contextlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mrm_mtlx.library.assembly import node_library_files
-from mrm_mtlx.library.host_models import FLAG_FILE, MODELS_FILE, flagged_definitions, surface_models_for
+from mrm_mtlx.library.assembly import node_library_files, served
+from mrm_mtlx.library.host_models import (
+    FLAG_FILE,
+    MODELS_FILE,
+    flagged_definitions,
+    surface_models_for,
+    with_standard_nodes,
+)
 from mrm_mtlx.library.hosts import Choice, Form
+from mrm_mtlx.library.portable.definitions import portable_library_files
 from mrm_mtlx.library.standard_library import FIRST_DEFINED
 from mrm_mtlx.system.writing import FileSet
 
@@ -51,18 +58,28 @@ def library_for(standard: StandardLibrary, form: Form, choice: Choice) -> HostLi
         If the node library does not serve its version.
     """
     files = nodes(standard.version, form)
+    if form is Form.PORTABLE:
+        files = with_standard_nodes(files, standard)
+    elif choice is Choice.NAME and (text := flagged_definitions(files, standard.version)):
+        files[FLAG_FILE] = text.encode()
     models = surface_models_for(standard, choice)
     if models.text:
         files[MODELS_FILE] = models.text.encode()
-    if choice is Choice.NAME and (text := flagged_definitions(files, standard.version)):
-        files[FLAG_FILE] = text.encode()
     return HostLibrary(files, models.extensions)
 
 
 def nodes(version: str, form: Form) -> dict[str, bytes]:
-    """The node library of a form alone; errors as for `node_library_files`."""
-    del form
-    return node_library_files(version)
+    """The node library of a form alone.
+
+    Raises
+    ------
+    LookupError
+        If the version is not served in this form.
+    """
+    if form is Form.PORTABLE and served(version).walks_every_path:
+        msg = f"the portable form is for MaterialX 1.39.2 and later: with {version}, its graphs are walked for hours"
+        raise LookupError(msg)
+    return portable_library_files(version) if form is Form.PORTABLE else node_library_files(version)
 
 
 def write_library(destination: Path, files: Mapping[str, bytes]) -> list[Path]:
@@ -92,5 +109,5 @@ def write_library(destination: Path, files: Mapping[str, bytes]) -> list[Path]:
 
 def _every_name() -> set[str]:
     """The files that the library has in any of its forms."""
-    names = {name for version in FIRST_DEFINED for form in Form for name in nodes(version, form)}
-    return names | {MODELS_FILE, FLAG_FILE}
+    names = {name for version in FIRST_DEFINED for name in node_library_files(version)}
+    return names | {*portable_library_files(next(iter(FIRST_DEFINED))), MODELS_FILE, FLAG_FILE}

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import re
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ import MaterialX as mx
 from mrm_mtlx.library.surface_models import SURFACE_MODELS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from mrm_mtlx.library.hosts import Host
 
@@ -76,6 +77,10 @@ class StandardLibrary:
                 document.importLibrary(_read(path))
         return document
 
+    def nodes(self) -> mx.Document:
+        """Definitions of the physically based library; errors as for `surface_models`."""
+        return _read(self.folder / _MARK)
+
 
 def given(path: Path, version: str) -> StandardLibrary:
     """The standard library in or below a folder that the user names.
@@ -103,9 +108,9 @@ def given(path: Path, version: str) -> StandardLibrary:
     return StandardLibrary(folder, found, f"'{folder}'")
 
 
-def of_host(host: Host, version: str) -> StandardLibrary | None:
-    """The standard library of a host where it is commonly installed, or None; one of another version is none."""
-    for place in _places(host):
+def of_hosts(hosts: Iterable[Host], version: str) -> StandardLibrary | None:
+    """The standard library of the first host that has the version, where it is commonly installed; None if none has."""
+    for place in chain.from_iterable(map(_places, hosts)):
         folder = find(place)
         if folder is not None and version_of_folder(folder) == version:
             return StandardLibrary(folder, version, f"'{folder}'")
@@ -170,7 +175,8 @@ def _folders_in(folder: Path) -> list[Path]:
 
 def _definition_files(folder: Path) -> list[Path]:
     of_parts = [path for part in PARTS for path in (folder / part).glob("*.mtlx")]
-    return sorted([*of_parts, *(folder / "bxdf" / "translation").glob("*.mtlx")])
+    found = [*of_parts, *(folder / "bxdf" / "translation").glob("*.mtlx")]
+    return sorted(path for path in found if path.is_file())  # a pipe would be waited for
 
 
 def _text(path: Path) -> str:

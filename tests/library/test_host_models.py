@@ -11,7 +11,10 @@ import pytest
 import mrm_mtlx as mrm
 from mrm_mtlx.library import host_models
 from mrm_mtlx.library.assembly import node_library_files
+from mrm_mtlx.library.dialects import dialect
+from mrm_mtlx.library.host_check import checks
 from mrm_mtlx.library.host_models import FLAG_FILE, MODELS_FILE, flagged_definitions, models_version
+from mrm_mtlx.library.hosts import HOSTS
 from mrm_mtlx.library.standard_library import FIRST_DEFINED
 from mrm_mtlx.library.surface_models import MICROFACET_NODES, SURFACE_MODELS
 from mrm_mtlx.shadergen import generate, renderable_elements
@@ -182,6 +185,51 @@ def test_a_materialx_that_has_the_flag_needs_no_other_names(usd):
     assert not (usd / "mrm" / FLAG_FILE).exists()
 
 
+# The portable form.
+
+
+@pytest.fixture(scope="module")
+def portable(tmp_path_factory):
+    """Folder of the portable form for hosts that choose a definition by its name."""
+    return mrm.install_library(tmp_path_factory.mktemp("portable"), host="usd-26.08", form="portable").folder
+
+
+def base_of(library: mx.Document, definition: str) -> set[str]:
+    """The definitions of the microfacet nodes in the graph of a definition."""
+    nodes = library.getNodeDef(definition).getImplementation("").getNodes()
+    return {str(n.getNodeDef().getName()) for n in nodes if n.getCategory() in MICROFACET_NODES}
+
+
+@pytest.mark.parametrize("order", ["os", "so"])
+def test_the_lobes_of_stock_models_are_no_graphs_of_the_portable_form(portable, order):
+    library = loaded(portable, order)
+    assert library.validate() == (True, "")
+    for model in SURFACE_MODELS:
+        assert base_of(library, f"ND_{model.node}_surfaceshader") <= {f"ND_{node}" for node in MICROFACET_NODES}
+        found = base_of(library, model.definition)
+        assert found <= {f"ND_{node}" for node in MICROFACET_NODES}
+
+
+def test_without_the_standard_definitions_they_would_be(portable):
+    library = mx.createDocument()
+    files = host_models.without_standard_nodes({"x.mtlx": (portable / "mrm" / "mrm_defs.mtlx").read_bytes()})
+    mx.readFromXmlString(library, files["x.mtlx"].decode())
+    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), library)
+    assert any("portable" in name for name in base_of(library, "ND_open_pbr_surface_surfaceshader"))
+
+
+def test_the_doctor_knows_the_portable_form(portable, monkeypatch):
+    houdini = HOSTS["houdini"]
+    assert {c.name: c.ok for c in checks(houdini, "1.39.5", portable, None)} == {
+        "variable": False, "folder": True, "library": True, "models": True, "host": None,
+    }  # fmt: skip
+    files = portable / "mrm" / "mrm_flag_ng.mtlx"
+    before = files.read_text(encoding="utf-8")
+    files.write_text(before.replace('value="0"', 'value="1"', 1), encoding="utf-8")
+    assert {c.name: c.ok for c in checks(houdini, "1.39.5", portable, None)}["library"] is False
+    files.write_text(before, encoding="utf-8")
+
+
 # Read by other versions themselves.
 
 LOAD = f"""
@@ -198,6 +246,8 @@ for definition, node, amount in {[(m.definition, m.node, m.amount) for m in SURF
     document.importLibrary(library)
     ordinary = document.addNode(node, "ordinary", "surfaceshader")
     assert ordinary.getNodeDef().getName() == f"ND_{{node}}_surfaceshader", ordinary.getNodeDef().getName()
+    for inner in library.getNodeDef(f"ND_{{node}}_surfaceshader").getImplementation("").getNodes():
+        assert "portable" not in inner.getNodeDef().getName(), inner.getNodeDef().getName()
     asked = document.addNode(node, "asked", "surfaceshader")
     asked.setNodeDefString(definition)
     asked.setInputValue(amount, 0.5)
@@ -210,11 +260,16 @@ print(mx.getVersionString())
 
 
 @pytest.mark.versions
+@pytest.mark.parametrize("form", ["sources", "portable"])
 @pytest.mark.parametrize("host", ["plain", "usd-26.08"])
 @pytest.mark.parametrize("version", ["1.39.0", "1.39.1", "1.39.2", "1.39.3", "1.39.4", "1.39.5"])
-def test_the_library_is_valid_in_the_version_that_it_is_for(with_materialx, tmp_path, version, host):
+def test_the_library_is_valid_in_the_version_that_it_is_for(with_materialx, tmp_path, version, host, form):
     python = with_materialx(version)
-    mrm.install_library(tmp_path, host=host, materialx=version, stdlib=python.parents[1])
+    if form == "portable" and dialect(version).walks_every_path:
+        with pytest.raises(mrm.ArgumentError, match=r"form: the portable form is for MaterialX 1\.39\.2 and later"):
+            mrm.install_library(tmp_path, host=host, materialx=version, stdlib=python.parents[1], form=form)
+        return
+    mrm.install_library(tmp_path, host=host, materialx=version, stdlib=python.parents[1], form=form)
     done = subprocess.run([python, "-c", LOAD, str(tmp_path)], capture_output=True, text=True, check=False)
     assert done.stderr == ""
     assert done.stdout == f"{version}\n"

@@ -39,7 +39,7 @@ for name in sys.argv[1:]:
             shaders.setdefault(prim.GetName(), [identifier, values])
             node = find(identifier) if identifier else None
             files[identifier] = node.GetResolvedDefinitionURI() if node else ""
-print("\\n" + json.dumps([shaders, files]))
+print("\\n" + json.dumps([shaders, files], default=str))
 """
 
 FLAG = '<input name="retroreflective" type="boolean" value="{}"/>'

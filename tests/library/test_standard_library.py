@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -70,10 +71,10 @@ def test_a_search_ends(tmp_path, monkeypatch, older):
 
 def test_a_host_is_looked_for_where_it_commonly_is(older, tmp_path):
     host = Host("x", "X", "1.39.4", Evidence.ASSUMED, places=(str(tmp_path / "ho*"),))
-    found = standard_library.of_host(host, "1.39.4")
+    found = standard_library.of_hosts([host], "1.39.4")
     assert found is not None
     assert found.folder == older
-    assert standard_library.of_host(host, INSTALLED) is None
+    assert standard_library.of_hosts([host], INSTALLED) is None
 
 
 # What a user may get wrong.
@@ -124,6 +125,16 @@ def test_a_file_is_not_read_to_no_end(older, tmp_path, monkeypatch):
     assert "more than 0 MB" in refused(tmp_path, stdlib=older, materialx="1.39.4")
 
 
+def test_a_pipe_is_not_waited_for(older, tmp_path):
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("no pipes here")
+    (older / "bxdf" / "standard_surface.mtlx").unlink()
+    os.mkfifo(older / "bxdf" / "standard_surface.mtlx")
+    os.mkfifo(older / "pbrlib" / "more.mtlx")
+    installed = mrm.install_library(tmp_path / "hosts", stdlib=older, materialx="1.39.4")
+    assert installed.left_out == {"standard_surface": "this MaterialX has no 'standard_surface'"}
+
+
 def test_what_a_file_would_include_is_not_read(older, tmp_path):
     (tmp_path / "secret.mtlx").write_text(
         '<materialx><nodedef name="ND_secret" node="x"/></materialx>', encoding="utf-8"
@@ -141,17 +152,19 @@ def test_what_a_file_would_include_is_not_read(older, tmp_path):
 
 # From a wheel.
 
+OF_NO_HOST = "1.39.1"
+
 
 def test_without_the_package_index_the_message_says_what_else_there_is(tmp_path, monkeypatch):
     monkeypatch.setenv("PIP_NO_INDEX", "1")
-    said = refused(tmp_path, materialx="1.39.3", host="quiltix")
+    said = refused(tmp_path, materialx=OF_NO_HOST, host="quiltix")
     assert "its wheel could not be fetched (ERROR: No matching distribution found" in said
     assert "`stdlib`" in said
 
 
 def test_a_package_index_that_does_not_answer_is_not_waited_for(tmp_path, monkeypatch):
     monkeypatch.setattr(wheel, "_LONGEST_S", 0.001)
-    assert "(not finished within 0 s)" in refused(tmp_path, materialx="1.39.3", host="quiltix")
+    assert "(not finished within 0 s)" in refused(tmp_path, materialx=OF_NO_HOST, host="quiltix")
 
 
 def test_without_pip_and_uv_the_message_says_so(tmp_path, monkeypatch):
