@@ -27,7 +27,7 @@ def portable_library_files(version: str) -> dict[str, bytes]:
     Its definitions with the flag have names of their own, and the ordinary nodes in their graphs name the standard
     definitions, so that both may be loaded in any order. A node with the flag finds them where the standard definition
     has no such input, before 1.39.5, or where they are loaded first; then they serve nodes without the flag, too, with
-    the same result.
+    the same reflection. What such a node lets through in a layer is another amount.
 
     Raises
     ------
