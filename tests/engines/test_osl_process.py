@@ -391,8 +391,7 @@ def test_a_stopped_server_ends_with_its_user(cycles, temporary):
 def test_a_runtime_that_dies_as_it_first_starts_is_tried_once_more(cycles, tried, tmp_path, fresh):
     once, runtime = tmp_path / "once", os.environ.get("MRM_OSL_PYTHON") or sys.executable
     once.write_text(
-        f"#!/bin/sh\n[ -e {tmp_path}/died ] || {{ touch {tmp_path}/died; kill -SEGV $$; }}\n"
-        f'exec {runtime} "$@"\n'
+        f'#!/bin/sh\n[ -e {tmp_path}/died ] || {{ touch {tmp_path}/died; kill -SEGV $$; }}\nexec {runtime} "$@"\n'
     )
     once.chmod(0o755)
     assert tried(once).available
