@@ -64,8 +64,9 @@ def draw(
     messages = complaints(answer["errors"], log)
     if messages:
         raise CompileError(messages)
-    if answer["errors"]:
-        raise EngineFailure(f"Storm could not draw: {answer['errors'][0][1]}")
+    if not all(output.is_file() for output in outputs):
+        said = answer["errors"][0][1] if answer["errors"] else "is the disk of temporary files full?"
+        raise EngineFailure(f"Storm wrote no picture: {said}")
     images = [_read(output) for output in outputs]
     if answer["memory"] > _MOST_MEMORY:  # Storm keeps what it has compiled
         process.RUNTIME.stop()

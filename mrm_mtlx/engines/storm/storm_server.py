@@ -109,8 +109,6 @@ class Storm:
             self._add_light(f"/lights/light_{number}", light)
         self.recorder.SetImageWidth(take["camera"]["resolution"][0])
         self.recorder.Record(self.stage, self._add_camera(take["camera"]), Usd.TimeCode.Default(), take["output"])
-        if not Path(take["output"]).is_file():
-            raise RuntimeError("it wrote no picture; is the disk of temporary files full?")
 
     def take(self, path, values):
         """Take the material of a layer, its default prim's only child, with [path below it, type, value] of inputs."""
@@ -246,17 +244,21 @@ def render(arrays, material, values, takes):
     """
     from pxr import Tf
 
-    renderer = storm()
+    renderer, errors = storm(), []
     try:
         renderer.take(material, values)
-        for take in takes:
-            start = f"{take['mesh']}/"
-            own = {name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)}
-            renderer.draw(own, take)
     except Tf.ErrorException as error:
+        errors += error.args
+    for take in takes:
+        start = f"{take['mesh']}/"
+        own = {name.removeprefix(start): array for name, array in arrays.items() if name.startswith(start)}
+        try:
+            renderer.draw(own, take)
+        except Tf.ErrorException as error:  # it may have drawn none the less
+            errors += error.args
+    if errors:
         renderer.forget()
-        return {"errors": [[each.sourceFileName, each.commentary] for each in error.args], "memory": memory()}
-    return {"errors": [], "memory": memory()}
+    return {"errors": [[each.sourceFileName, each.commentary] for each in errors], "memory": memory()}
 
 
 def memory():
