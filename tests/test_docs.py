@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from mrm_mtlx.engines import storm as storm_engine
 from mrm_mtlx.engines.osl import availability as osl_availability
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ PAGES = (
     "docs/reference.md",
     "docs/releasing.md",
     "docs/reliability.md",
+    "docs/storm.md",
     "docs/usd.md",
     "materials/README.md",
     "tools/README.md",
@@ -103,6 +105,12 @@ COMMANDS = {
     "mrm conformance --library upstream --target glsl --target essl": (
         "mrm conformance --library upstream --target glsl --target essl --samples 512"
     ),
+    "mrm render materials/traffic_cone_collar.mtlx --engine storm --shape cone --compare -o collar.png": (
+        "mrm render materials/traffic_cone_collar.mtlx --engine storm --shape cone --compare -o collar.png --size 32"
+    ),
+    "mrm validate materials/ --target storm": "mrm validate materials/cats_eye.mtlx --target storm --samples 64",
+    "mrm conformance --target storm": "(tests/engines/test_storm.py runs cases, and among the large ones the command)",
+    "mrm generate materials/cats_eye.mtlx --target storm": None,
     "mrm conformance --target osl": "(tests/conformance/test_conformance_osl.py runs its steps, .ci/run the command)",
     "mrm validate materials/ --target osl": "mrm validate materials/ --target osl --samples 64",
     "mrm generate materials/hi_vis_tape_silver.mtlx --target osl --osl-mode cycles": None,
@@ -179,6 +187,8 @@ def test_a_command_of_the_pages_runs(mrm_here: Callable[..., Any], command: str,
     assert program in ("mrm", "python")
     if {"osl", "cycles"} & set(arguments) and not osl_availability().available:
         pytest.skip(f"OSL runtime not available: {osl_availability().detail}; {osl_availability().remedy}")
+    if "storm" in arguments and command.count("--engine") and not storm_engine.ENGINE.availability().available:
+        pytest.skip(storm_engine.ENGINE.availability().reason)
     done = mrm_here(*arguments) if program == "mrm" else run_a_tool(arguments, tmp_path)
     # Without a driver, nothing can be compared (3), and the doctor says so (1).
     allowed = (0, 3) if "conformance" in arguments else (0, 1) if "doctor" in arguments else (0,)

@@ -51,7 +51,7 @@ FIGURES = {
     "figures/figure4.svg": "--figure 4 -o {file}",
 }
 _R_A = "photometry materials/conspicuity_tape_white.mtlx --class DOT-C2 --color white --plot {file}"
-PICTURES = ("compare.png", "materials.png", "portable.png", "gltf.png", "osl.png")
+PICTURES = ("compare.png", "materials.png", "portable.png", "gltf.png", "osl.png", "storm.png")
 FORMAT_PICTURES = ("gltf-nearest.png", "usd-preview.png")
 _FORMAT_PICTURES = Product(("-m", "tools.format_pictures", "-o", "{folder}"), minutes=True)
 BLENDER_PICTURES = ("blender-first.png", "blender-materials.png")

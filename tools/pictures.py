@@ -17,7 +17,7 @@ import OpenImageIO as oiio
 import mrm_mtlx as mrm
 from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.images import read_image
-from mrm_mtlx.engines import gl, osl
+from mrm_mtlx.engines import gl, osl, storm
 from mrm_mtlx.formats.reading import read_document
 from mrm_mtlx.formats.registry import format_for
 from mrm_mtlx.library import Origin, load_library, materials_folder
@@ -164,6 +164,31 @@ def portable_beside_exact(paths: list[Path], target: Path) -> None:
     figure.savefig(target, dpi=90, metadata={"Software": None})
 
 
+def in_storm(target: Path) -> None:
+    """The five materials in OpenGL and in OpenUSD's Storm, storm.png; prints how far the pictures are apart."""
+    renderer = storm.ENGINE.scene_renderer
+    figure, axes = plt.subplots(len(FIVE), 1, figsize=(9.0, 1.36 * len(FIVE)), facecolor="#181818")
+    library = load_library()
+    for axis, (name, shape) in zip(axes, FIVE.items(), strict=True):
+        path = materials_folder() / f"{name}.mtlx"
+        rows = []
+        for angle in ANGLES:
+            options = picture.PictureOptions(shape, angle, FIVE_PANEL, None, compare=False)
+            drawn = in_opengl(path, library, options)
+            rasterised = scenes.render(*renderable(path, library), Reach.beside(path), options, renderer)
+            off = np.abs(rasterised - drawn) / np.quantile(drawn, 0.99)
+            print(f"{name:30} {angle or 0:4g} deg  storm    mean {off.mean():.1e}  largest {off.max():.1e}")
+            rows += [drawn, rasterised]
+        axis.imshow(shown(picture.side_by_side(rows)))
+        axis.set_axis_off()
+        axis.text(-12, FIVE_PANEL / 2, name.replace("_", "\n"), color="white", ha="right", va="center", fontsize=8)
+    width = (FIVE_PANEL + 4) * 2
+    for index, label in enumerate(("light at the eye", "1° aside", "30° aside")):
+        axes[0].text((index + 0.5) * width, -8, label, color="white", ha="center", va="bottom", fontsize=9)
+    figure.subplots_adjust(left=0.12, right=0.995, top=0.95, bottom=0.005, hspace=0.04)
+    figure.savefig(target, dpi=80, metadata={"Software": None})
+
+
 def three_formats(target: Path) -> None:
     """A material from a glTF asset and from what it is converted to, gltf.png; prints how they differ."""
     library = load_library()
@@ -268,6 +293,10 @@ def main(arguments: list[str]) -> None:
         five_in_osl(folder / "osl.png")
     else:
         print(f"no osl.png: {osl.availability().detail}", file=sys.stderr)
+    if storm.ENGINE.availability().available:
+        in_storm(folder / "storm.png")
+    else:
+        print(f"no storm.png: {storm.ENGINE.availability().detail}", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from mrm_mtlx.conformance.cases import Case, case_document
+from mrm_mtlx.conformance.cases import NODES, Case, case_document
 from mrm_mtlx.conformance.hardware import run_case
 from mrm_mtlx.engines.base import CompileError, DirectionalLight, Lighting, SurfacePoints
 from mrm_mtlx.engines.storm import ENGINE, process
@@ -213,3 +214,29 @@ def test_an_interpreter_of_its_own_comes_before_that_of_osl(monkeypatch, tmp_pat
     state = process.RUNTIME.tried()
     assert str(tmp_path / "storm") in state.detail
     assert "MRM_STORM_PYTHON" in state.remedy
+
+
+# Other Blenders -------------------------------------------------------------------------------------------------------
+
+# Interpreters that have other versions of bpy, apart by the separator of paths.
+BLENDERS = "MRM_BLENDERS"
+
+
+@pytest.mark.large
+def test_other_versions_of_blender_are_the_oracles_too(monkeypatch):
+    if not os.environ.get(BLENDERS):
+        pytest.skip(f"{BLENDERS} names no interpreters that have other versions of bpy")
+    for interpreter in os.environ[BLENDERS].split(os.pathsep):
+        ENGINE.stop()
+        monkeypatch.setenv("MRM_STORM_PYTHON", interpreter)
+        for node in NODES:
+            for flag in (False, True):
+                assert result(Case(node, flag, False, False)).status == "pass", (interpreter, node, flag)
+    ENGINE.stop()
+
+
+@pytest.mark.large
+def test_every_ready_material_is_drawn_as_the_reference_has_it(mrm, repository):
+    done = mrm("validate", str(repository / "materials"), "--target", "storm", "--samples", "1024", "--jobs", "1")
+    assert done.returncode == 0, done.stdout
+    assert "16 checked, 0 skipped" in done.stdout
