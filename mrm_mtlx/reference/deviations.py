@@ -59,6 +59,9 @@ class Deviation(Enum):
 
     `BLACK_BOOLEANS`: an output of type boolean is black before MaterialX 1.39.5.
 
+    `MATRIX_PRODUCTS`: before MaterialX 1.39.4, `multiply` of matrices takes its factors in the other order, and
+    `divide` divides entry by entry.
+
     `UNDECLARED_BLOCK`: Vulkan GLSL names a block that it does not declare before MaterialX 1.39.4; nothing compiles.
 
     `DEFAULT_COLORS`: generators take the default colours of a node definition as linear Rec.709, whatever the colour
@@ -83,5 +86,6 @@ class Deviation(Enum):
     HSV_ALPHA = "hsv-alpha"
     HEXTILE_ALPHA = "hextile-alpha"
     BLACK_BOOLEANS = "black-booleans"
+    MATRIX_PRODUCTS = "matrix-products"
     UNDECLARED_BLOCK = "undeclared-block"
     DEFAULT_COLORS = "default-colors"

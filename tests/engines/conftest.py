@@ -10,8 +10,10 @@ import pytest
 
 from mrm_mtlx.engines.base import Environment
 from mrm_mtlx.engines.gl import SurfaceProgram
-from mrm_mtlx.shadergen import generate
+from mrm_mtlx.library import materialx_version
+from mrm_mtlx.shadergen import available_targets, generate
 from mrm_mtlx.shadergen.precision import with_highp
+from mrm_mtlx.shadergen.undeclared_block import with_members_alone
 from tests.fixtures.versions import planted
 
 if TYPE_CHECKING:
@@ -31,7 +33,9 @@ def shader_of(library: DataLibrary) -> Callable[..., Shader]:
     def make(
         document: mx.Document, *, element: str = "m", target: str = "glsl", old: str = "", new: str = ""
     ) -> Shader:
-        shader = with_highp(generate(document.getChild(element), target, library))
+        if target not in available_targets():
+            pytest.skip(f"MaterialX {materialx_version()} has no generator for {target}")
+        shader = with_members_alone(with_highp(generate(document.getChild(element), target, library)))
         if not old:
             return shader
         return replace(shader, sources={**shader.sources, "pixel": planted(shader.sources["pixel"], old, new)})

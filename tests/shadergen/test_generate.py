@@ -249,6 +249,7 @@ TYPE_OF_THE_DOCUMENT = """
 
 
 @pytest.mark.parametrize("target", ["glsl", "essl"])
+@since("1.39.3", "code for types of documents")
 def test_a_type_that_the_document_defines_is_known(make_document, library, target):
     document = make_document(TYPE_OF_THE_DOCUMENT)
     shader = generate(document.getOutput("o"), target, library)

@@ -15,7 +15,7 @@ from mrm_mtlx.documents.files import Reach
 from mrm_mtlx.documents.image_checks import CheckedImages
 from mrm_mtlx.engines.gl import ENGINE
 from mrm_mtlx.findings.finding import Severity
-from mrm_mtlx.library import DataLibrary, Origin, node_library_folder
+from mrm_mtlx.library import DataLibrary, Origin, dialects, materialx_version, node_library_folder
 from mrm_mtlx.library.load import add_node_library
 from mrm_mtlx.shadergen import generate, renderable_elements
 from mrm_mtlx.validation.comparison.drawing import check_draws
@@ -93,6 +93,8 @@ def changed_standard_library(tmp_path_factory: pytest.TempPathFactory) -> Callab
         standard = Path(mx.getDefaultDataSearchPath().asString()) / "libraries"
         shutil.copytree(standard, root / "libraries")
         path = root / "libraries" / file
+        if not path.exists() and not dialects.installed().has_retroreflective:
+            pytest.skip(f"MaterialX {materialx_version()} has no file {file}")
         text = path.read_text(encoding="utf-8")
         path.write_text(planted(text, old, new), encoding="utf-8")
         search_path, ours = mx.FileSearchPath(str(root)), mx.FileSearchPath(str(node_library_folder()))

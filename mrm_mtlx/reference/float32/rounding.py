@@ -235,7 +235,8 @@ class Tolerance:
         Where the oracle is below one float32 rounding unit of the lobe's own scale, relative to that unit.
         """
         size = np.maximum(np.max(np.abs(self.expected), axis=-1), UNIT * self.scale)
-        return np.asarray(np.max(np.abs(found - self.expected), axis=-1) / np.maximum(size, np.finfo(float).tiny))
+        with np.errstate(over="ignore"):  # of nothing, any light is infinitely much
+            return np.asarray(np.max(np.abs(found - self.expected), axis=-1) / np.maximum(size, np.finfo(float).tiny))
 
     def relative_allowed(self) -> Array:
         """The allowance per sample on the scale of `relative_errors`, shape (samples,): its largest channel's."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrm_mtlx.reference.deviations import Deviation
 from mrm_mtlx.reference.float32.function_errors import displaced, summed
 from mrm_mtlx.reference.float32.rounding import UNIT, Quantity
 from mrm_mtlx.reference.nodes.tables import MATRICES, define, scalar, vector
@@ -88,9 +89,19 @@ def _determinant(inputs: Inputs, in_: Array) -> Array:
     return scalar(displaced(inputs, determinant, UNIT * _expanded(np.abs(in_), _PERMANENT)))
 
 
+def _multiplied(inputs: Inputs, in1: Array, in2: Array) -> Array:
+    return _product(inputs, in2, in1) if inputs.deviates(Deviation.MATRIX_PRODUCTS) else _product(inputs, in1, in2)
+
+
+def _divided(inputs: Inputs, in1: Array, in2: Array) -> Array:
+    if inputs.deviates(Deviation.MATRIX_PRODUCTS):
+        return in1 / in2
+    return _product(inputs, in1, _inverse(inputs, in2))
+
+
 _OF_MATRICES: Table = {
-    "multiply": _product,
-    "divide": lambda inputs, in1, in2: _product(inputs, in1, _inverse(inputs, in2)),
+    "multiply": _multiplied,
+    "divide": _divided,
     "transpose": lambda in_: in_.swapaxes(0, 1),
     "determinant": _determinant,
     "invertmatrix": _inverse,

@@ -21,6 +21,7 @@ MENDED = frozenset(
         Deviation.HSV_ALPHA,
         Deviation.HEXTILE_ALPHA,
         Deviation.BLACK_BOOLEANS,
+        Deviation.MATRIX_PRODUCTS,
         Deviation.UNDECLARED_BLOCK,
     }
 )

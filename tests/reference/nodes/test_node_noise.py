@@ -218,13 +218,13 @@ DAMAGE = {
 }  # fmt: skip
 
 
-FLAKES = since("1.39.5", "flakes")
+LATER = {"fractal2d": since("1.39.4", "fractal2d"), **dict.fromkeys((FLAKE[0], "flake3d"), since("1.39.5", "flakes"))}
 
 # Where fewer samples can differ: the nearest point may be in the sample's cell; another flake may not be on top.
 SHARES = {"the cell of the sample": 0.3, "another likelihood": 0.05}
 
 
-@pytest.mark.parametrize("damage", [pytest.param(n, marks=FLAKES if d[0] is FLAKE else ()) for n, d in DAMAGE.items()])
+@pytest.mark.parametrize("damage", [pytest.param(n, marks=LATER.get(d[0][0], ())) for n, d in DAMAGE.items()])
 def test_wrong_noise_is_caught(excess, damage):
     (name, kind, given, *output), old, new = DAMAGE[damage]
     nodes = shown(node(name, kind, **given), *(("float", output[0]) if output else (kind,)))

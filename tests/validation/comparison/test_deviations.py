@@ -147,6 +147,16 @@ DOCUMENTS = {
     <input name="in" type="color4" nodename="back"/><input name="index" type="integer" value="3"/>
   </extract>"""
     + PAINT.format("alpha"),
+    Deviation.MATRIX_PRODUCTS: """
+  <multiply name="both" type="matrix33">
+    <input name="in1" type="matrix33" value="0,1,0, 1,0,0, 0,0,1"/>
+    <input name="in2" type="matrix33" value="1,0,0, 0,0,1, 0,1,0"/>
+  </multiply>
+  <transformmatrix name="moved" type="vector3">
+    <input name="in" type="vector3" value="0.2, 0.4, 0.8"/><input name="mat" type="matrix33" nodename="both"/>
+  </transformmatrix>
+  <extract name="x" type="float"><input name="in" type="vector3" nodename="moved"/></extract>"""
+    + PAINT.format("x"),
     Deviation.DEFAULT_COLORS: '<LamaConductor name="bsdf" type="BSDF"/>' + SURFACE,
 }
 

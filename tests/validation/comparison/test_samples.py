@@ -13,6 +13,7 @@ from mrm_mtlx.shadergen import generate
 from mrm_mtlx.validation.comparison.drawing import describe
 from mrm_mtlx.validation.comparison.samples import compare, draw
 from mrm_mtlx.validation.comparison.sampling import LobeShape, generator, sample_local, shading_points
+from tests.fixtures.versions import planted
 
 # Exact: what is compared are powers of two.
 EXPECTED = np.array([[1.0, 0.5, 0.25], [4.0, 2.0, 1.0], [0.25, 0.25, 0.25], [0.5, 0.5, 0.5]])
@@ -116,8 +117,7 @@ def compared(gl, surface_document, library):
     def run(old: str = "", new: str = "", **uniforms: object):
         if not old:
             return compare(draw(whole, points, uniforms or None).colors, tolerance, points)
-        pixel = shader.sources["pixel"].replace(old, new)
-        assert pixel != shader.sources["pixel"]
+        pixel = planted(shader.sources["pixel"], old, new)
         with SurfaceProgram(replace(shader, sources={**shader.sources, "pixel": pixel})) as damaged:
             return compare(draw(damaged, points).colors, tolerance, points)
 
