@@ -114,6 +114,10 @@ def _lost(node: Any) -> Iterator[Finding]:
     if film is not None and not (film.getValueString() and film.getValue() == 0.0):
         message = "its thin film is left out: the portable form reflects as the surface under the film does"
         yield rules.INTERCHANGE_LOST.at(location(film), message)
+    tops = [port for port in node.getDownstreamPorts() if port.getName() == "top"]
+    if tops and node.getCategory().endswith("conductor_bsdf"):
+        message = "a metal hides what it covers, and its portable form lets through what it does not reflect"
+        yield rules.INTERCHANGE_LOST.at(location(node), message)
     widths = node.getInput("roughness")
     if widths is None or not widths.getValueString() or widths.getType() != "vector2":
         return

@@ -209,6 +209,17 @@ def test_what_the_form_cannot_say_is_told(surface_document, name):
         assert found.location.startswith("/bsdf/")
 
 
+def test_a_metal_that_covers_something_is_told(surface_document):
+    covered = (
+        lobe(FLAG.format("true"), node="conductor_bsdf").replace('"bsdf"', '"metal"')
+        + '<oren_nayar_diffuse_bsdf name="paint" type="BSDF"/><layer name="bsdf" type="BSDF">'
+        '<input name="top" type="BSDF" nodename="{}"/><input name="base" type="BSDF" nodename="{}"/></layer>'
+    )
+    (found,) = portable(surface_document(covered.format("metal", "paint")))[1]
+    assert (found.location, found.message[:13]) == ("/metal", "a metal hides")
+    assert portable(surface_document(covered.format("paint", "metal")))[1] == []
+
+
 def test_the_film_of_a_surface_model_is_told_where_there_is_one(make_document):
     def lost(model: str, amount: str, *inputs: str):
         given = "".join(f'<input name="{name}" type="float" value="0.5"/>' for name in (amount, *inputs))
