@@ -66,6 +66,7 @@ PRODUCTS = {
     "figures/photometry.svg": Product((*MRM, *_R_A.split())),
     "figures/house.svg": Product(("-m", "tools.house", "{file}")),
     "images/classes.png": Product(("-m", "tools.classes_page", "--picture", "{file}"), minutes=True),
+    "images/threejs.png": Product(("-m", "tools.threejs_picture", "{file}"), minutes=True),
     "images/hosts.png": Product(("-m", "tools.hosts_picture", "{file}"), minutes=True),
     **{f"images/{name}": _PICTURES for name in PICTURES},
     **{f"images/{name}": _FORMAT_PICTURES for name in FORMAT_PICTURES},
