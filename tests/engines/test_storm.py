@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mrm_mtlx.conformance.cases import NODES, Case, case_document
 from mrm_mtlx.conformance.hardware import run_case
-from mrm_mtlx.engines.base import CompileError, DirectionalLight, Lighting, SurfacePoints
-from mrm_mtlx.engines.storm import ENGINE, process
+from mrm_mtlx.engines.base import CompileError, DirectionalLight, EngineFailure, Lighting, SurfacePoints
+from mrm_mtlx.engines.storm import ENGINE, drawing, process
 from mrm_mtlx.library import Origin, install
 from mrm_mtlx.shadergen import MissingCodeError, generate, renderable_elements
 
@@ -20,6 +26,8 @@ pytestmark = pytest.mark.usefixtures("storm")
 
 CONDUCTOR = Case("conductor_bsdf", True, False, False)
 SAMPLES = 512
+# Seconds that a process may take to end; on a busy machine it needs one.
+END_S = 20.0
 
 
 @pytest.fixture
@@ -214,6 +222,76 @@ def test_an_interpreter_of_its_own_comes_before_that_of_osl(monkeypatch, tmp_pat
     state = process.RUNTIME.tried()
     assert str(tmp_path / "storm") in state.detail
     assert "MRM_STORM_PYTHON" in state.remedy
+
+
+def test_a_crash_is_named_and_the_next_material_has_a_process_of_its_own(shader):
+    made = shader()
+    with ENGINE.compile(made) as program:
+        first = process.RUNTIME.process()
+        folder = first.folder
+        os.kill(first.versions["pid"], signal.SIGSEGV)
+        with pytest.raises(EngineFailure, match="Storm ended with signal SIGSEGV in 'versions'"):
+            first.request("versions")
+        # The same program goes on in the next.
+        assert np.any(program.evaluate(tilted(4), HEADLIGHT))
+    assert process.RUNTIME.process() is not first
+    assert not folder.exists()
+
+
+def test_a_process_that_takes_much_memory_is_ended_and_the_next_goes_on(shader, monkeypatch):
+    with ENGINE.compile(shader()) as program:
+        before = program.evaluate(tilted(4), HEADLIGHT)
+        first = process.RUNTIME.process()
+        monkeypatch.setattr(drawing, "_MOST_MEMORY", 0)
+        found = [program.evaluate(tilted(4), HEADLIGHT) for _ in range(2)]
+    assert not first.alive
+    for after in found:
+        np.testing.assert_array_equal(after, before)
+
+
+# A process that uses the engine: says which server it has, then waits, or draws without end.
+USER = """
+import sys, time
+from mrm_mtlx.engines.storm import drawing, process
+from mrm_mtlx.engines.storm.material import Material
+print(process.RUNTIME.process().versions["pid"], flush=True)
+if sys.argv[1] == "idle":
+    time.sleep(3600)
+material = Material(sys.stdin.read())
+while True:
+    drawing.emission(material)
+"""
+
+
+@pytest.mark.parametrize(
+    ("work", "ending"), [("idle", signal.SIGKILL), ("busy", signal.SIGKILL), ("busy", signal.SIGINT)]
+)
+def test_a_user_that_ends_leaves_no_process_and_no_folder(shader, tmp_path, work, ending):
+    user = subprocess.Popen(
+        [sys.executable, "-c", USER, work], env={**os.environ, "TMPDIR": str(tmp_path)}, start_new_session=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    server = int(user.stdout.readline())
+    try:
+        user.stdin.write(shader().sources["pixel"])
+        user.stdin.close()
+        time.sleep(1.5)  # into the midst of it
+        assert user.poll() is None
+        assert list(tmp_path.glob("mrm-storm-*"))
+        os.killpg(user.pid, ending)
+        user.wait(END_S)
+        limit = time.monotonic() + END_S
+        while (Path(f"/proc/{server}").exists() or list(tmp_path.iterdir())) and time.monotonic() < limit:
+            time.sleep(0.05)
+        assert not Path(f"/proc/{server}").exists()
+        assert list(tmp_path.iterdir()) == []
+    finally:
+        for pid in (user.pid, server):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        user.stdout.close()
+        user.stderr.close()
+        user.wait(END_S)
 
 
 # Other Blenders -------------------------------------------------------------------------------------------------------

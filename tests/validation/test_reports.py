@@ -18,7 +18,7 @@ from mrm_mtlx.findings.finding import Finding, Severity
 from mrm_mtlx.findings.source_location import SourceLocation
 from mrm_mtlx.reference import versions
 from mrm_mtlx.reference.deviations import Deviation
-from mrm_mtlx.shadergen import TARGETS
+from mrm_mtlx.shadergen import HOST_TARGETS, TARGETS
 from mrm_mtlx.validation import reports
 from mrm_mtlx.validation.results import DocumentResult, RenderableResult, Stage, Status, TargetResult, ValidationResult
 from mrm_mtlx.validation.runner import validate
@@ -143,7 +143,7 @@ def test_the_schema_knows_every_rule_target_and_severity(schema):
     pattern = re.compile(schema["$defs"]["finding"]["properties"]["code"]["pattern"])
     assert all(pattern.search(code) for code in RULES)
     assert schema["$defs"]["finding"]["properties"]["severity"]["enum"] == [s.value for s in Severity]
-    assert schema["$defs"]["renderable"]["properties"]["targets"]["propertyNames"]["enum"] == list(TARGETS)
+    assert schema["$defs"]["renderable"]["properties"]["targets"]["propertyNames"]["enum"] == [*TARGETS, *HOST_TARGETS]
 
 
 def test_a_real_report_follows_the_schema(gl, documents, settings, conforms):
