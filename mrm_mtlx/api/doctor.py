@@ -34,6 +34,8 @@ class DoctorReport(Shown):
         Whether the node library is found.
     targets
         What source can be generated for.
+    lacking
+        What it cannot be generated for with this version of MaterialX, and can with others.
     models
         Surface models of MaterialX, each with the input that makes it retroreflect, or the reason why it has none.
     engines
@@ -45,6 +47,7 @@ class DoctorReport(Shown):
     versions: Mapping[str, str]
     library: bool
     targets: tuple[str, ...]
+    lacking: tuple[str, ...]
     models: tuple[Extension, ...]
     engines: Mapping[str, tuple[str, Availability]]
     ok: bool
@@ -57,6 +60,10 @@ class DoctorReport(Shown):
             *_listed("versions", versions),
             f"library    {'found' if self.library else 'missing'}",
             *_listed("targets", self.targets, "(source can be generated)"),
+            *(
+                f"{'':{_INDENT}}MaterialX {self.versions['materialx']} has no generator for {name}"
+                for name in self.lacking
+            ),
             *_listed("models", extended, "(partly retroreflective)"),
             *(f"{'':{_INDENT}}{x.model.node} is left out: {x.reason}" for x in self.models if x.reason),
         ]
@@ -128,14 +135,13 @@ def doctor() -> DoctorReport:
     from mrm_mtlx.engines import registry
     from mrm_mtlx.library import load_library, node_library_folder
     from mrm_mtlx.library.dialects import versions
-    from mrm_mtlx.shadergen import available_targets
+    from mrm_mtlx.shadergen import available_targets, lacking_targets
 
     engines, models = survey(), load_library().surface_models
     runner = registry.engine_for("glsl", registry.runs)
     ok = runner is not None and runner.availability().available
-    return DoctorReport(
-        versions(), node_library_folder().is_dir(), tuple(available_targets()), tuple(models), engines, ok
-    )
+    found = node_library_folder().is_dir()
+    return DoctorReport(versions(), found, available_targets(), lacking_targets(), tuple(models), engines, ok)
 
 
 def coverage() -> CoverageReport:

@@ -185,13 +185,16 @@ def check_targets(
     ArgumentError
         If one is not among the allowed.
     """
-    from mrm_mtlx.shadergen import HOST_TARGETS, all_targets, available_targets
+    from mrm_mtlx.library import materialx_version
+    from mrm_mtlx.shadergen import HOST_TARGETS, all_targets, available_targets, lacking_targets
 
     allowed = all_targets() if allowed is None else allowed
     names = one_or_more(names)
     unknown = [name for name in names if name not in allowed]
     if unknown:
-        msg = f"{', '.join(map(str, unknown))}: expected one of {', '.join(allowed)}"
+        later = [name for name in unknown if name in lacking_targets()]
+        lacks = f"MaterialX {materialx_version()} has no generator for {', '.join(later)}; " if later else ""
+        msg = f"{', '.join(map(str, unknown))}: {lacks}expected one of {', '.join(allowed)}"
         raise ArgumentError(msg, "target")
     hosts = [name for name in names if name in HOST_TARGETS]
     if hosts and library != "mrm":

@@ -20,6 +20,7 @@ from mrm_mtlx.shadergen.targets import (
     all_targets,
     available_targets,
     closure_targets,
+    lacking_targets,
     suffixes_of,
 )
 
@@ -40,6 +41,7 @@ __all__ = [
     "closure_targets",
     "generate",
     "header_folder",
+    "lacking_targets",
     "renderable_elements",
     "script_node",
     "self_contained",

@@ -79,6 +79,11 @@ TARGETS: dict[str, Target] = {
 }
 
 
+def lacking_targets() -> tuple[str, ...]:
+    """Names of the targets that the installed MaterialX has no generator for, as one of another version has."""
+    return tuple(name for name in TARGETS if name not in available_targets())
+
+
 @dataclass(frozen=True)
 class HostTarget:
     """A host that takes materials and generates its shaders itself, with a MaterialX of its own.

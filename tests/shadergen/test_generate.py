@@ -8,6 +8,7 @@ from dataclasses import replace
 import MaterialX as mx
 import pytest
 
+import mrm_mtlx as mrm
 from mrm_mtlx.library import DataLibrary, Origin, dialects
 from mrm_mtlx.shadergen import (
     TARGETS,
@@ -15,6 +16,7 @@ from mrm_mtlx.shadergen import (
     MissingCodeError,
     available_targets,
     generate,
+    lacking_targets,
     renderable_elements,
 )
 from mrm_mtlx.shadergen.targets import Target
@@ -321,3 +323,17 @@ def test_one_transform_behind_a_node_is_generated(make_document, library, graph)
     document = make_document(f"{graph}</nodegraph>")
     (element,) = renderable_elements(document)
     assert generate(element, "glsl", library).sources["pixel"]
+
+
+def test_a_target_that_this_version_lacks_is_named_with_the_version(monkeypatch, tmp_path):
+    monkeypatch.setattr("mrm_mtlx.shadergen.all_targets", lambda: ("glsl", "essl"))
+    monkeypatch.setattr("mrm_mtlx.shadergen.lacking_targets", lambda: ("slang",))
+    with pytest.raises(mrm.ArgumentError, match=r"slang: MaterialX 1\.39\.\d has no generator for slang; expected one"):
+        mrm.generate(tmp_path / "any.mtlx", target="slang")
+    with pytest.raises(mrm.ArgumentError, match=r"hlsl: expected one of glsl, essl$"):
+        mrm.generate(tmp_path / "any.mtlx", target="hlsl")
+
+
+def test_the_targets_of_all_versions_are_there_or_lacking():
+    assert {*available_targets(), *lacking_targets()} == set(TARGETS)
+    assert not {*available_targets()} & {*lacking_targets()}
