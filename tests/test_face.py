@@ -265,6 +265,9 @@ def test_a_wrong_argument_is_a_value_error_that_names_it(metal: Any) -> None:
         (lambda: mrm.plot_figures(3, output="a.svg"), "figure"),  # type: ignore[arg-type]
         (lambda: mrm.plot_figures(2, output="a.txt"), "output"),
         (lambda: mrm.convert(metal, None), "output"),  # type: ignore[arg-type]
+        (lambda: mrm.convert(metal, "a.usda", preview="no"), "preview"),
+        (lambda: mrm.convert(metal, "a.glb", exact=1), "exact"),
+        (lambda: mrm.convert(metal, "a.glb", preview=False), "preview"),
         (lambda: mrm.photometry(metal, observation=["0.2"]), "observation"),  # type: ignore[list-item]
         (lambda: mrm.photometry(metal, area="10"), "area"),  # type: ignore[arg-type]
         (lambda: mrm.plot(light="45"), "light"),  # type: ignore[arg-type]

@@ -87,6 +87,13 @@ def check_positive(argument: str, value: float | None) -> None:
         raise ArgumentError(msg, argument)
 
 
+def check_flag(argument: str, value: bool | None) -> None:
+    """Raise an ArgumentError unless a value is True, False or None."""
+    if value is not None and not isinstance(value, bool):
+        msg = f"{_shown(value)}: expected True or False"
+        raise ArgumentError(msg, argument)
+
+
 def check_angles(argument: str, angles: Sequence[float], lower: float, upper: float) -> None:
     """Raise an ArgumentError unless all angles [degrees] are within bounds, which belong to them."""
     for angle in angles:
