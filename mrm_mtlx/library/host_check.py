@@ -76,12 +76,10 @@ def checks(host: Host, version: str, path: Path | None, program: str | None) -> 
     if folder is None:
         return [*found, Check("folder", None, "no folder is named", install)]
     found.append(_folder(folder, install))
+    form = _form(folder / FOLDER, version) or host.form
     if found[-1].ok:
-        found += [
-            _nodes(folder / FOLDER, version, host.form, install),
-            _models(folder / FOLDER, host, version, install),
-        ]
-    return [*found, *_asked(host, version, folder, program)] if host.variable else found
+        found += [_nodes(folder / FOLDER, version, form, install), _models(folder / FOLDER, host, version, install)]
+    return [*found, *_asked(host, version, form, folder, program)] if host.variable else found
 
 
 def _variable(host: Host, path: Path | None, setting: str) -> Check:
@@ -103,10 +101,15 @@ def _folder(folder: Path, install: str) -> Check:
     return Check("folder", True, str(folder / FOLDER))
 
 
+def _form(folder: Path, version: str) -> Form | None:
+    """The form of the node library that a folder has for a version; None if it has none for it."""
+    return next((form for form in Form if _agrees(folder, version, form)), None)
+
+
 def _nodes(folder: Path, version: str, form: Form, install: str) -> Check:
     """Whether the files are those for a version."""
     if _agrees(folder, version, form):
-        return Check("library", True, f"for MaterialX {version}")
+        return Check("library", True, f"for MaterialX {version}, form {form.value}")
     others = [other for other in FIRST_DEFINED if _agrees(folder, other, form)]
     if others:
         return Check("library", False, f"for MaterialX {' or '.join(others)}, not for {version}", install)
@@ -127,12 +130,12 @@ def _models(folder: Path, host: Host, version: str, install: str) -> Check:
     return Check("models", True, f"made from MaterialX {version}")
 
 
-def _asked(host: Host, version: str, folder: Path, program: str | None) -> list[Check]:
+def _asked(host: Host, version: str, form: Form, folder: Path, program: str | None) -> list[Check]:
     """What the host says."""
     chosen = program or _program(host)
     if chosen is None:
         return [Check("host", None, "not asked", "--ask PROGRAM names its Python interpreter, or Blender")]
-    node = _OURS[host.form]
+    node = _OURS[form]
     answer = _answer(chosen, host.module, [node, _MODEL.definition, _STOCK])
     if "error" in answer:
         said = f"{chosen} does not answer: {answer['error']}"
@@ -147,6 +150,8 @@ def _asked(host: Host, version: str, folder: Path, program: str | None) -> list[
     remedy = "the variable has to be set where the host is started, and name this folder first"
     if ours is None or not _is_below(ours["file"], folder):
         found.append(Check("nodes", False, f"{node} is found {_where(ours)}, not in {folder}", remedy))
+    elif not _flags(ours["inputs"]):
+        found.append(Check("nodes", False, f"{node} has no flag", f"mrm library install {folder} --host {host.name}"))
     else:
         found.append(Check("nodes", True, f"{node} is ours, with {', '.join(_flags(ours['inputs']))}"))
     if model is None or not _flags(model["inputs"]):

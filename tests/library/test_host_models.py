@@ -218,6 +218,12 @@ def test_without_the_standard_definitions_they_would_be(portable):
     assert any("portable" in name for name in base_of(library, "ND_open_pbr_surface_surfaceshader"))
 
 
+def test_the_doctor_knows_the_form_that_was_installed(portable, usd):
+    for folder, form in ((portable, "portable"), (usd, "sources")):
+        found = next(c for c in checks(HOSTS["usd-26.08"], "1.39.5", folder, None) if c.name == "library")
+        assert (found.ok, found.found) == (True, f"for MaterialX 1.39.5, form {form}")
+
+
 def test_the_doctor_knows_the_portable_form(portable, monkeypatch):
     houdini = HOSTS["houdini"]
     assert {c.name: c.ok for c in checks(houdini, "1.39.5", portable, None)} == {

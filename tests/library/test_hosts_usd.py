@@ -216,6 +216,20 @@ def test_the_doctor_sees_whether_blender_finds_the_library(blender, in_blender, 
     assert all(check.ok for check in after.checks), str(after)
 
 
+def test_the_doctor_asks_blender_for_the_nodes_of_the_portable_form(
+    blender, in_blender, blender_folder, monkeypatch, tmp_path
+):
+    python, host = blender
+    installed = mrm.install_library(tmp_path, host=host, stdlib=blender_folder, form="portable")
+    monkeypatch.setenv(installed.variable, installed.value)
+    report = mrm.check_host(host, ask=python)
+    assert all(check.ok for check in report.checks), str(report)
+    assert "ND_mrm_portable_conductor_bsdf is ours, with retroreflective" in str(report)
+    (tmp_path / "mrm" / "mrm_flag_ng.mtlx").unlink()  # not of the portable form any more: asked for the other's node
+    damaged = mrm.check_host(host, ask=python)
+    assert {c.name for c in damaged.checks if c.ok is False} == {"library", "nodes"}
+
+
 def test_the_doctor_sees_models_for_hosts_that_choose_by_inputs(
     blender, in_blender, blender_folder, monkeypatch, tmp_path
 ):
