@@ -213,6 +213,7 @@ def test_a_runtime_without_egl_is_said_in_one_line(monkeypatch, tmp_path):
     assert not state.available
     assert "\n" not in state.detail
     assert re.search("egl", state.detail, re.IGNORECASE)
+    assert state.remedy.startswith("apt-get install")
 
 
 def test_an_interpreter_of_its_own_comes_before_that_of_osl(monkeypatch, tmp_path):

@@ -39,15 +39,15 @@ class Runtime:
         Names of environment variables that may name an interpreter with bpy, where that is not this one; the first that
         is set counts, and the first is what messages say is to be set.
     describe
-        Function from the server's versions to the words of a state that works; it raises an EngineFailure if something
-        is missing that the engine needs.
+        Function from the server's versions to the state of the engine; without a remedy of its own, that of a missing
+        bpy is given.
     prepare
         What is done with a server that has started, before anything else is asked of it; may raise an EngineFailure.
     """
 
     server: Server
     variables: tuple[str, ...]
-    describe: Callable[[dict[str, Any]], str]
+    describe: Callable[[dict[str, Any]], Availability]
     prepare: Callable[[BlenderProcess], None] = _as_it_is
     _running: list[BlenderProcess] = field(default_factory=list, repr=False)
     _state: Availability | None = field(default=None, repr=False)
@@ -75,10 +75,10 @@ class Runtime:
             versions = self._started().versions
         except (EngineFailure, OSError) as error:
             return Availability(False, f"bpy does not run: {error}", self._remedy())
-        try:
-            return Availability(True, self.describe(versions))
-        except EngineFailure as error:
-            return Availability(False, f"{chosen}: {error}", self._remedy())
+        state = self.describe(versions)
+        if state.available:
+            return state
+        return Availability(False, f"{chosen}: {state.detail}", state.remedy or self._remedy())
 
     def process(self) -> BlenderProcess:
         """The running server; started when first asked for, and again if it died.

@@ -6,23 +6,22 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.engines.base import EngineFailure
+from mrm_mtlx.engines.base import Availability
 from mrm_mtlx.engines.blender.process import Server
 from mrm_mtlx.engines.blender.runtime import Runtime
 
 if TYPE_CHECKING:
-    from mrm_mtlx.engines.base import Availability
     from mrm_mtlx.engines.blender.process import BlenderProcess
 
 # An interpreter that has bpy, where that is not this one.
 VARIABLE = "MRM_OSL_PYTHON"
 
 
-def _describe(versions: dict[str, Any]) -> str:
+def _describe(versions: dict[str, Any]) -> Availability:
     if not versions["with_osl"]:
-        raise EngineFailure("its Cycles is built without OSL")
+        return Availability(False, "its Cycles is built without OSL")
     osl = ".".join(re.findall(r"\d+", versions["osl"]))
-    return f"Cycles {versions['blender']}, OSL {osl}"
+    return Availability(True, f"Cycles {versions['blender']}, OSL {osl}")
 
 
 SERVER = Server("Cycles", Path(__file__).with_name("cycles_server.py"), "mrm-osl-")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrm_mtlx.engines.base import EngineFailure
+from mrm_mtlx.engines.base import Availability, EngineFailure
 from mrm_mtlx.engines.blender.process import Server
 from mrm_mtlx.engines.blender.runtime import Runtime
 from mrm_mtlx.library.hosts import Choice, Form
@@ -31,13 +31,20 @@ SERVER = Server(
 )
 
 
-def _describe(versions: dict[str, Any]) -> str:
-    return "Storm of OpenUSD {usd} in Blender {blender}, MaterialX {materialx}, {renderer}".format(**versions)
+def _describe(versions: dict[str, Any]) -> Availability:
+    if versions["lacking"]:
+        return Availability(
+            False, versions["lacking"], "apt-get install -y libegl1 libegl-mesa0 libgl1-mesa-dri libgl1"
+        )
+    detail = "Storm of OpenUSD {usd} in Blender {blender}, MaterialX {materialx}, {renderer}".format(**versions)
+    return Availability(True, detail)
 
 
 def _install_library(process: BlenderProcess) -> None:
     """Write the node library where MaterialX looks when it is first used, as `mrm library install` does."""
     found = process.versions
+    if found["lacking"]:
+        return  # nothing will be drawn
     try:
         standard = given(Path(found["libraries"]), found["materialx"])
         write_library(process.folder / _NODES, library_for(standard, Form.SOURCES, Choice.NAME).files)

@@ -206,11 +206,13 @@ class Storm:
             place(point, light["matrix"])
 
 
-STATE = []
+STATE, CONTEXT = [], []
 
 
 def storm():
     """The renderer, made at the first use of USD: variables that it reads are set, and the node library lies there."""
+    if not CONTEXT:
+        raise RuntimeError("there is no OpenGL context")
     if not STATE:
         STATE.append(Storm())
     return STATE[0]
@@ -224,13 +226,19 @@ def place(schema, matrix):
 
 
 def versions():
-    """Versions of what there is, the folder of MaterialX's standard library, and the id of this process."""
+    """Versions of what there is, where MaterialX's standard library lies, what is lacking, and this process's id."""
     from MaterialX import getVersionString
     from pxr import Usd
 
     found = {"blender": bpy.app.version_string, "usd": ".".join(f"{n:02}" for n in Usd.GetVersion()[1:])}
     libraries = str(Path(bpy.utils.resource_path("LOCAL")).parent / "lib" / "materialx" / "libraries")
-    found |= {"materialx": getVersionString(), "libraries": libraries, "renderer": make_current()}
+    found |= {"materialx": getVersionString(), "libraries": libraries, "renderer": "", "lacking": ""}
+    try:
+        if not CONTEXT:
+            CONTEXT.append(make_current())
+        found["renderer"] = CONTEXT[0]
+    except RuntimeError as error:
+        found["lacking"] = str(error)
     return {**found, "pid": os.getpid()}
 
 
