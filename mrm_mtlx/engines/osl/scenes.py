@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.bsdf.blocks import processors
-from mrm_mtlx.engines.base import EngineFailure, Take
+from mrm_mtlx.engines.base import Take
+from mrm_mtlx.engines.blender.pictures import read_picture
 from mrm_mtlx.engines.osl import process
 
 if TYPE_CHECKING:
@@ -106,14 +107,4 @@ def samples_of(image: NDArray[np.float32], count: int) -> NDArray[np.float32]:
 
 def _read(path: Path) -> NDArray[np.float32]:
     """The combined pass of a multi-layer file, RGBA; the file is removed."""
-    import OpenImageIO as oiio
-
-    image = oiio.ImageInput.open(str(path))
-    pixels = None if image is None else image.read_image("float")
-    if image is None or pixels is None:
-        oiio.geterror()  # or it is printed at the end of the process
-        raise EngineFailure("Cycles' picture could not be read back; is the disk of temporary files full?")
-    names = list(image.spec().channelnames)
-    image.close()
-    path.unlink()
-    return np.stack([pixels[..., names.index(f"ViewLayer.Combined.{c}")] for c in "RGBA"], axis=-1)
+    return read_picture(path, "Cycles'", "ViewLayer.Combined.")

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrm_mtlx.engines.base import CompileError, CompileMessage, EngineFailure, looking_along
+from mrm_mtlx.engines.blender.pictures import read_picture
 from mrm_mtlx.engines.storm import process
 from mrm_mtlx.engines.storm.messages import complaints
 from mrm_mtlx.system.process_limits import MAXIMUM_MEMORY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -67,7 +67,7 @@ def draw(
     if not all(output.is_file() for output in outputs):
         said = answer["errors"][0][1] if answer["errors"] else "is the disk of temporary files full?"
         raise EngineFailure(f"Storm wrote no picture: {said}")
-    images = [_read(output) for output in outputs]
+    images = [read_picture(output, "Storm's") for output in outputs]
     if answer["memory"] > _MOST_MEMORY:  # Storm keeps what it has compiled
         process.RUNTIME.stop()
     return images
@@ -101,18 +101,3 @@ def emission(material: Material) -> bool:
         message = "it is drawn in the grey of a mesh without a material, and Storm does not say why"
         raise CompileError([CompileMessage(0, "", message)])
     return bool(np.any(unlit[..., :3]))
-
-
-def _read(path: Path) -> NDArray[np.float32]:
-    """A picture, RGBA; the file is removed."""
-    import OpenImageIO as oiio
-
-    image = oiio.ImageInput.open(str(path))
-    pixels = None if image is None else image.read_image("float")
-    if image is None or pixels is None:
-        oiio.geterror()  # or it is printed at the end of the process
-        raise EngineFailure("Storm's picture could not be read back; is the disk of temporary files full?")
-    names = list(image.spec().channelnames)
-    image.close()
-    path.unlink()
-    return np.stack([pixels[..., names.index(c)] for c in "RGBA"], axis=-1)
