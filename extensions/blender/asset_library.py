@@ -17,8 +17,8 @@ def register():
     try:
         folder = library_folder()
         (folder / "blender_assets.cats.txt").write_text(_CATALOGS, encoding="utf-8")
-    except (OSError, ValueError) as error:
-        print(f"Retroreflective Materials: no asset library, its folder cannot be written: {error}")
+    except (ProblemError, OSError, ValueError) as error:
+        print(f"Retroreflective Materials: no asset library: {error}")
         return
     entries = bpy.context.preferences.filepaths.asset_libraries
     if not any(_is_ours(entry) for entry in entries):
@@ -37,7 +37,10 @@ def unregister():
 
 def library_folder():
     """The folder of the library, which Blender removes with the extension."""
-    return Path(bpy.utils.extension_path_user(__package__, path="library", create=True))
+    folder = bpy.utils.extension_path_user(__package__, path="library", create=True)
+    if not folder:
+        raise ProblemError("Blender cannot make the folder of the asset library; its message has the reason")
+    return Path(folder)
 
 
 def library_file():
@@ -88,4 +91,4 @@ def _write_later():
 
 
 def _is_ours(entry):
-    return Path(entry.path) == library_folder()
+    return Path(entry.path).parts[-2:] == (__package__.rpartition(".")[2], "library")

@@ -27,6 +27,13 @@ def install(archive):
     return list(bpy.ops.extensions.package_install_files(filepath=archive, repo=REPOSITORY, enable_on_install=True))
 
 
+def block_library():
+    """A planted obstacle: a file where the asset library is to be."""
+    folder = Path(bpy.utils.user_resource("EXTENSIONS"), ".user", REPOSITORY, NAME)
+    folder.mkdir(parents=True)
+    (folder / "library").touch()
+
+
 def uninstall():
     """Preferences > Get Extensions > Uninstall."""
     repositories = list(bpy.context.preferences.extensions.repos)

@@ -49,6 +49,18 @@ def test_a_node_that_blender_does_not_know_is_seen(session, blender, zipped, net
     assert nodes[1] == ["cats_eye.usda: ND_artists_ior", "cats_eye.usda: ND_mix_bsdf mixed"]
 
 
+def test_a_folder_that_cannot_be_is_told_and_costs_no_more_than_the_asset_library(session, blender, zipped):
+    install, add = (
+        ("install", {"archive": str(zipped)}),
+        {"operator": "add_material", "sphere": 1, "material": "cats_eye"},
+    )
+    write = ("click", {"operator": "write_library"})
+    told = session(blender, [("block_library", {}), install, ("scene", {}), write, ("click", add), ("uninstall", {})])
+    assert told.answers[3] == "Error: Blender cannot make the folder of the asset library; its message has the reason"
+    assert told.answers[4] == told.answers[5] == ["FINISHED"]
+    assert "Traceback" not in told.log
+
+
 @pytest.mark.large
 def test_every_material_is_drawn_by_both_engines(session, blender, zipped, tmp_path):
     drawn = gallery(session, blender, zipped, tmp_path)
