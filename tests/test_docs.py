@@ -188,7 +188,7 @@ def test_a_command_of_the_pages_runs(mrm_here: Callable[..., Any], command: str,
     if {"osl", "cycles"} & set(arguments) and not osl_availability().available:
         pytest.skip(f"OSL runtime not available: {osl_availability().detail}; {osl_availability().remedy}")
     if "storm" in arguments and command.count("--engine") and not storm_engine.ENGINE.availability().available:
-        pytest.skip(storm_engine.ENGINE.availability().reason)
+        pytest.skip(f"Storm not available: {storm_engine.ENGINE.availability().reason}")
     done = mrm_here(*arguments) if program == "mrm" else run_a_tool(arguments, tmp_path)
     # Without a driver, nothing can be compared (3), and the doctor says so (1).
     allowed = (0, 3) if "conformance" in arguments else (0, 1) if "doctor" in arguments else (0,)

@@ -297,8 +297,8 @@ def test_a_user_that_ends_leaves_no_process_and_no_folder(shader, tmp_path, work
 
 # Other Blenders -------------------------------------------------------------------------------------------------------
 
-# Interpreters that have other versions of bpy, apart by the separator of paths.
-BLENDERS = "MRM_BLENDERS"
+# Interpreters that have other versions of bpy, separated as paths are.
+BLENDERS = "MRM_BLENDER_PYTHONS"
 
 
 @pytest.mark.large

@@ -1,6 +1,6 @@
 """`python -m tools.hosts_picture hosts.png PYTHON...`: spheres in each Blender's Storm, with and without the library.
 
-Each PYTHON is an interpreter that has Blender as a module; without any, those that the variable MRM_BLENDERS lists,
+Each PYTHON is an interpreter that has Blender as a module; without any, those that the variable MRM_BLENDER_PYTHONS lists,
 with the separator of search paths between, or this one.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 import mrm_mtlx as mrm
 from tools.hosts_picture.drawing import CENTRES, SURFACES, blender, draw, write_stage
 
-VARIABLE = "MRM_BLENDERS"
+VARIABLE = "MRM_BLENDER_PYTHONS"
 
 
 def main(arguments: list[str]) -> int:
