@@ -61,3 +61,8 @@ def test_a_skip_that_names_nothing_is_a_failure(repository, written):
 )
 def test_what_is_no_matter_of_the_machine_is_no_reason(reason):
     assert not names_what_is_lacking(reason)
+
+
+@pytest.mark.parametrize("engine", ["OpenGL engine", "OSL runtime", "Storm"])
+def test_an_engine_that_is_not_there_is_a_reason(engine):
+    assert names_what_is_lacking(f"Skipped: {engine} not available: nothing answers; install it")

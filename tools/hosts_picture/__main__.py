@@ -1,7 +1,7 @@
 """`python -m tools.hosts_picture hosts.png PYTHON...`: spheres in each Blender's Storm, with and without the library.
 
-Each PYTHON is an interpreter that has Blender as a module; without any, those that the variable MRM_BLENDER_PYTHONS lists,
-with the separator of search paths between, or this one.
+Each PYTHON is an interpreter that has Blender as a module; without any, those that the variable MRM_BLENDER_PYTHONS
+lists, with the separator of search paths between, or this one.
 """
 
 from __future__ import annotations
