@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mrm_mtlx.conformance import cases, new_cases, run
+from mrm_mtlx.conformance import cases, new_cases, osl, run
 from mrm_mtlx.conformance.new_nodes import AMOUNT, WEIGHT_NODE, NewCase, expected, new_document, new_points
 from mrm_mtlx.engines.gl import SurfaceProgram
 from mrm_mtlx.library import DataLibrary, Origin, load_library
@@ -54,9 +54,16 @@ def test_every_new_node_passes_in_cycles(cycles, case):
     assert 0.0 < result.comparison.excess < 1.0
 
 
-def test_materialx_alone_has_no_such_cases(monkeypatch):
-    from mrm_mtlx.conformance import osl
+def test_an_amount_that_is_off_by_some_roundings_is_seen_in_cycles(cycles, monkeypatch):
+    case = next(case for case in new_cases() if "conductor" in case.node)
+    told = osl._handed_on
+    for factor, status in ((1.0, "pass"), (1.0 + 2.0**-18, "fail")):
+        monkeypatch.setattr(osl, "_handed_on", lambda *given, factor=factor: factor * told(*given))
+        (result,) = run(("osl",), OSL_SAMPLES, 0, Origin.MRM, chosen=[case])
+        assert result.status == status
 
+
+def test_materialx_alone_has_no_such_cases(monkeypatch):
     planned: list[list[str]] = []
     monkeypatch.setattr(osl, "steps", lambda _target, todo, *_: planned.append([case.node for case in todo]) or [])
     for origin in Origin:
