@@ -9,11 +9,14 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import MaterialX as mx
 import pytest
 
 from mrm_mtlx.engines.base import Availability
 from mrm_mtlx.findings.catalogue import RULES
-from mrm_mtlx.library import node_library_folder
+from mrm_mtlx.library.assembly import node_library_files
+from mrm_mtlx.library.dialects import materialx_version
+from mrm_mtlx.library.host_models import MODELS_FILE
 from mrm_mtlx.library.surface_models import SURFACE_MODELS, Extension
 from mrm_mtlx.shadergen import TARGETS
 
@@ -135,21 +138,25 @@ def test_library_installs_its_files_and_says_how_to_load_them(mrm_here, tmp_path
     assert done.returncode == 0
     written = sorted(path for path in (tmp_path / "hosts" / "one").rglob("*") if path.is_file())
     assert [tmp_path / line for line in done.stdout.splitlines()] == written
-    source = node_library_folder() / "pbrlib"
-    copied = [Path("mrm") / path.relative_to(source) for path in source.rglob("*") if path.is_file()]
-    models = Path("mrm_surface_models", "mrm_surface_models.mtlx")
-    assert [path.relative_to(tmp_path / "hosts" / "one") for path in written] == sorted([*copied, models])
+    expected = {*node_library_files(materialx_version()), MODELS_FILE}
+    assert {path.relative_to(tmp_path / "hosts" / "one" / "mrm").as_posix() for path in written} == expected
     assert "--library mrm" in done.stderr
     assert "left out" not in done.stderr
 
 
-def test_a_surface_model_that_could_not_be_extended_is_named_with_the_reason(in_process, library, monkeypatch):
+def test_a_surface_model_that_could_not_be_extended_is_named_with_the_reason(
+    in_process, library, monkeypatch, tmp_path
+):
     left_out = Extension(SURFACE_MODELS[2], "it is not defined by a graph")
     changed = replace(library, surface_models=(Extension(SURFACE_MODELS[0]), left_out))
     monkeypatch.setattr("mrm_mtlx.library.load_library", lambda: changed)
     monkeypatch.setattr("mrm_mtlx.api.doctor.survey", lambda: {"gl": ("compiles", Availability(True, "a driver"))})
     expected = "gltf_pbr is left out: it is not defined by a graph"
-    assert expected in in_process("library", "install", "hosts").stderr
+    own = tmp_path / "own"
+    shutil.copytree(Path(mx.__file__).parent / "libraries", own)
+    model = own / "bxdf" / "gltf_pbr.mtlx"
+    model.write_text(re.sub(r"<nodegraph .*</nodegraph>", "", model.read_text("utf-8"), flags=re.DOTALL), "utf-8")
+    assert expected in in_process("library", "install", "hosts", "--stdlib", own).stderr
     told = in_process("doctor").stdout
     assert expected in told
     assert "open_pbr_surface specular_retroreflectivity (partly" in told

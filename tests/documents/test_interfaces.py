@@ -106,7 +106,7 @@ def test_what_comes_through_an_interface_is_as_generated(gl, make_document, libr
     shader = generate(element, "glsl", library)
     textures = {port.variable: PIXELS for port in shader.uniforms if port.type == "filename"}
     with SurfaceProgram(shader, textures) as program:
-        assert compare(draw(program, points), tolerance, points).passed
+        assert compare(draw(program, points).colors, tolerance, points).passed
 
 
 # What would be seen: the number that counts in one place and not in the other, and each colour space.
@@ -127,4 +127,4 @@ def test_the_wrong_one_is_seen(gl, make_document, library, name):
     shader = generate(shown.getDescendant(other_path), "glsl", library)
     textures = {port.variable: PIXELS for port in shader.uniforms if port.type == "filename"}
     with SurfaceProgram(shader, textures) as program:
-        assert not compare(draw(program, points), tolerance, points).passed
+        assert not compare(draw(program, points).colors, tolerance, points).passed

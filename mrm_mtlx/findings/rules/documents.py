@@ -83,7 +83,7 @@ DOC_INPUT_VALUE = Rule(
 DOC_VALUE_FORM = Rule(
     "DOC_VALUE_FORM",
     Severity.WARNING,
-    "value in a form that is not in the specification",
+    "value in no form of the specification",
     "The numbers of a colour, vector or matrix are separated by spaces. MaterialX takes them so; by its "
     "specification (section 'MaterialX Data Types') they are separated by commas, and other readers may refuse "
     "what is not.",

@@ -45,7 +45,7 @@ INTERCHANGE_APPROXIMATED = Rule(
 INTERCHANGE_PREVIEW = Rule(
     "INTERCHANGE_PREVIEW",
     Severity.WARNING,
-    "look for hosts without MaterialX is another one",
+    "the look without MaterialX is another one",
     "A host that knows nothing of MaterialX shows the material's UsdPreviewSurface, which has its daytime "
     "colour and returns no light to where it comes from (docs/usd.md). The material itself is whole.",
     "Nothing is wrong with the file; --no-preview leaves the look out.",

@@ -29,7 +29,7 @@ ENERGY_GAIN = Rule(
 ENERGY_ANISOTROPIC = Rule(
     "ENERGY_ANISOTROPIC",
     Severity.WARNING,
-    "anisotropic lobe reflects more than it receives",
+    "anisotropic lobe returns more than it gets",
     "As ENERGY_GAIN, but only at view angles beyond "
     f"{STEEP_DEGREES:g} degrees and with an anisotropic lobe. MaterialX masks such lobes with their mean width "
     "sqrt(alpha_x alpha_y) in every direction, which is too little masking along the wider axis: a white lobe "
