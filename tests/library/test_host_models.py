@@ -18,6 +18,7 @@ from mrm_mtlx.library.hosts import HOSTS
 from mrm_mtlx.library.standard_library import FIRST_DEFINED
 from mrm_mtlx.library.surface_models import MICROFACET_NODES, SURFACE_MODELS
 from mrm_mtlx.shadergen import generate, renderable_elements
+from tests.library.test_surface_models import written
 
 MODELS = pytest.mark.parametrize("model", SURFACE_MODELS, ids=lambda model: model.node)
 
@@ -86,6 +87,13 @@ def test_a_host_that_drops_the_inputs_finds_the_model_by_its_own_category(usd, o
     category = data.getNodeDef(model.definition).getNodeString()
     assert category == f"mrm_{model.node}"
     assert definition_of(data, category) == model.definition
+
+
+@pytest.mark.parametrize("order", ["os", "so"])
+@MODELS
+def test_the_graphs_are_those_that_are_made_in_memory(plain, library, order, model):
+    ours, theirs = (data.getNodeGraph(model.graph) for data in (loaded(plain, order), library.document))
+    assert written(ours) == written(theirs)
 
 
 @MODELS

@@ -116,9 +116,9 @@ def test_0_is_the_unmodified_model_and_1_the_flag_in_its_base_digit_by_digit_wit
     values, points = parameters(rng, model, library), samples(rng)
     none, between, all_of_it = (shown(document_of(model, values, library, x), points) for x in (0.0, BETWEEN, 1.0))
     # MaterialX before 1.39.5 has mixtures in its graphs that leave 6e-16 of it.
-    digits = {"rtol": 0.0, "atol": 0.0} if dialects.installed().has_retroreflective else {"rtol": 8 * 2.0**-53}
-    assert np.allclose(none, shown(document_of(model, values, library), points), **digits)
-    assert np.allclose(all_of_it, shown(flagged(model, values, library), points), **digits)
+    rounding = 0.0 if dialects.installed().has_retroreflective else 8 * 2.0**-53
+    assert np.allclose(none, shown(document_of(model, values, library), points), rtol=rounding, atol=0.0)
+    assert np.allclose(all_of_it, shown(flagged(model, values, library), points), rtol=rounding, atol=0.0)
     # Both are sums of a few dozen products of numbers that are not negative; each rounds by 2^-53.
     assert np.allclose(between, (1.0 - BETWEEN) * none + BETWEEN * all_of_it, rtol=100 * 2.0**-53, atol=1e-15)
     assert np.isfinite(all_of_it).all()

@@ -176,6 +176,7 @@ def test_a_shader_that_deviates_as_known_is_told_by_name(gl, make_document, libr
     assert found.specified is not None
     assert not found.specified.passed
     assert found.specified.excess > 100.0
+    assert found.specified.max_error > 100.0 * found.comparison.max_error
 
 
 @pytest.mark.parametrize("deviation", sorted(DOCUMENTS.keys() - DEVIATIONS, key=str))
