@@ -144,12 +144,21 @@ def test_the_table_of_the_page_on_usd_is_what_is_told(tmp_path):
 
 @pytest.mark.large
 def test_every_ready_material_has_a_form_in_gltf_or_one_near_to_it(tmp_path):
+    page = (REPOSITORY / "docs" / "gltf.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"^\| the other ten, which have the form (.*)$", page, re.MULTILINE)
+    least, most, day, night = (float(number) for number in re.findall(r"\d+", row))
     paths = sorted((REPOSITORY / "materials").glob("*.mtlx"))
     assert len(paths) == 16
+    near = []
     for path in paths:
         converted = mrm.convert(path, tmp_path / f"{path.stem}.glb")
         assert converted.complete
-        _, after, before, night, was = figures(converted.lost[-1])
-        # What the page says: by day within a tenth; by night within a sixth, and of prisms within a quarter.
-        assert after == pytest.approx(before, rel=0.11), path.stem
-        assert night == pytest.approx(was, rel=0.27), path.stem
+        if converted.lost[-1].code == "INTERCHANGE_APPROXIMATED":
+            near.append(path)  # which has a row of its own
+            continue
+        mean, after, before, back, was = figures(converted.lost[-1])
+        # Whole percents leave half a percent open.
+        assert least - 0.5 <= mean <= most + 0.5, path.stem
+        assert 100.0 * abs(after / before - 1.0) <= day + 0.5, path.stem
+        assert 100.0 * abs(back / was - 1.0) <= night + 0.5, path.stem
+    assert len(near) == len(rows("gltf.md", 4)) == len(paths) - 10
