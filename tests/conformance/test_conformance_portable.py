@@ -61,6 +61,7 @@ def test_the_back_of_a_surface_reflects_as_its_front(gl):
 
     back = list(measure_portable(engine.ENGINE, "glsl", Back(*(vars(sky)[name] for name in vars(sky)))))
     for one, other in zip(front, back, strict=True):
+        # Roundings of the frame, as above.
         assert (other.l1, other.albedo) == pytest.approx((one.l1, one.albedo), abs=1e-5)
 
 

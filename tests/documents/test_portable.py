@@ -123,6 +123,7 @@ def test_a_flag_from_the_interface_of_a_graph_of_the_document_still_decides(surf
     switched = portable(surface_document(SWITCHED.format(flag)))[0]
     width = WIDTH.format("0.1, 0.1")
     written = portable(surface_document(lobe(FLAG.format(flag), width)))[0]
+    # The same products in another order, in double precision.
     np.testing.assert_allclose(shaded(switched), shaded(written), rtol=1e-12)
 
 
@@ -154,6 +155,7 @@ def test_colours_are_read_in_their_colour_space_and_constants_are_not(surface_do
     plain = surface_document(lobe(*inputs, COLOR.format(linear, ""), node=node))
     exact = shaded(portable(plain)[0])
     for document in (of_input, of_file):
+        # The linear colour is written with nine digits here, and used in float32 there.
         np.testing.assert_allclose(shaded(portable(document)[0]), exact, rtol=1e-6)
 
 

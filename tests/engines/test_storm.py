@@ -109,7 +109,8 @@ def test_the_retroreflective_lobe_stays_bright_over_all_tilts(shader):
         bright = program.evaluate(tilted(), HEADLIGHT)[:, 0]
     with ENGINE.compile(shader(replace(CONDUCTOR, retroreflective=False))) as program:
         dark = program.evaluate(tilted(), HEADLIGHT)[:, 0]
-    assert dark[0] == pytest.approx(bright[0], rel=2.0**-9)
+    assert dark[0] == pytest.approx(bright[0], rel=2.0**-9)  # half floats, of eleven bits, on both sides
+    # Cosine and masking leave at least 0.039 of the lobe; at 85 degrees the ordinary one has 0.015 of what is left.
     assert bright.min() > 0.02 * bright.max()
     assert dark[-1] < 0.02 * bright[-1]
 
@@ -135,7 +136,7 @@ def test_what_shines_by_itself_shines_once_and_is_not_exposed_with_the_light(sur
     with ENGINE.compile(generate(document.getNode("m"), "storm", library)) as program:
         found = program.evaluate(tilted(4), HEADLIGHT)[:, :3]
         assert program.capabilities.color_step == 2.0**-24
-    np.testing.assert_allclose(found, np.tile([0.25, 0.5, 2.0], (4, 1)), rtol=2.0**-10)
+    np.testing.assert_allclose(found, np.tile([0.25, 0.5, 2.0], (4, 1)), rtol=2.0**-10)  # half floats
 
 
 # Planted errors -------------------------------------------------------------------------------------------------------

@@ -76,6 +76,7 @@ def test_the_corners_are_around_the_middle_of_the_pixel_that_the_camera_has_ther
         column = (plane[..., 0] - left) / (right - left) * facets.SIZE
         row = (top - plane[..., 1]) / (top - bottom) * facets.SIZE
         found = np.stack([column, row], axis=-1)
+        # Pixels, from the camera's numbers in double precision; a pixel is 1e-3 of what the window has.
         np.testing.assert_allclose(found.mean(axis=1), frame.pixels + 0.5, atol=1e-6)
         np.testing.assert_allclose(np.ptp(found, axis=1), 1.0, atol=1e-6)
 
@@ -88,6 +89,7 @@ def test_texture_coordinates_have_the_tangents_that_storm_makes_without_them(rng
     # As Storm says it: the first column of the inverse of the differences, times the sign of the determinant.
     s, t = (step - np.sum(step * normal, axis=1, keepdims=True) * normal for step in steps)
     sign = np.sign(dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0])[:, None]
+    # In double precision, but for 1 - z^2 of normals that lie near an axis.
     found = unit(sign * (s * dy[:, 1:] - t * dx[:, 1:]))
     np.testing.assert_allclose(found, tangents(normal), atol=1e-9)
 

@@ -170,7 +170,7 @@ def test_the_menus_have_each_material_and_the_panel_its_modes(seen):
 
 def test_the_light_hangs_on_the_camera(seen):
     assert (seen["light"]["parent"], seen["light"]["offset"]) == ("CAMERA", [0.0, 0.0, 0.0])
-    assert seen["light"]["energy"] == pytest.approx(4.0 * np.pi * (1.1**2 + 8.0**2) * IRRADIANCE, rel=1e-5)
+    assert seen["light"]["energy"] == pytest.approx(4.0 * np.pi * (1.1**2 + 8.0**2) * IRRADIANCE, rel=1e-5)  # float32
 
 
 @pytest.mark.parametrize("engine", ["cycles", "exact", "storm"])

@@ -109,7 +109,7 @@ def test_the_sockets_set_attributes_of_the_network_that_have_their_values(files,
     for socket in described[name]["sockets"]:
         known, default = values[socket["attribute"]], socket["default"]
         if socket["type"] == "color" or not hasattr(known, "__len__"):
-            assert known == pytest.approx(default, rel=1e-6)
+            assert known == pytest.approx(default, rel=1e-6)  # float32
         else:
             assert [known[index] for index in socket["components"]] == pytest.approx(
                 [default] * len(socket["components"])

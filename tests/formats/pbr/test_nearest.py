@@ -99,7 +99,7 @@ def test_emission_and_opacity_are_not_taken_for_reflection(material):
     plain, other = material(MIX.format(flag="true")), material(MIX.format(flag="true") + light, inputs)
     expected = nearest.nearest(plain.getNode("s"), no_images)
     found = nearest.nearest(other.getNode("s"), no_images, alpha=0.5)
-    np.testing.assert_allclose(found["emissive"].value, [3.0, 2.0, 1.0], rtol=1e-3)
+    np.testing.assert_allclose(found["emissive"].value, [3.0, 2.0, 1.0], rtol=1e-3)  # four digits
     np.testing.assert_allclose(reflectance(found), reflectance(expected), rtol=CLOSE)
     for name in ("base_color", "roughness", "retroreflectivity"):
         np.testing.assert_allclose(found[name].value, expected[name].value, rtol=CLOSE, err_msg=name)

@@ -33,7 +33,7 @@ def test_the_mean_of_a_pattern_stands_for_it(make_document):
 def test_another_pattern_has_another_mean(make_document):
     documents = [make_document(STRIPES.format(high=high)) for high in ("0.8", "0.4")]
     means = [replaced(d.getNode("s"), "metallic", InexpressibleError("")).value.value[0] for d in documents]
-    assert means[0] == pytest.approx(2.0 * means[1], rel=1e-3)
+    assert means[0] == pytest.approx(2.0 * means[1], rel=1e-3)  # four digits
 
 
 def test_what_the_geometry_says_has_none(make_document):

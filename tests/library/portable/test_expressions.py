@@ -88,4 +88,4 @@ def test_a_formula_is_worth_what_it_says(document, x, name):
     along = np.tile([0.0, 0.0, 1.0], (4, 1))
     points = ShadingPoints(along, along, along, along[:, ::-1], -along, along[:, :2], {"x": numbers})
     shaded = Surface(renderable_elements(document)[0]).shade(points)[:, 0]
-    np.testing.assert_allclose(shaded, exact(numbers), rtol=1e-12)
+    np.testing.assert_allclose(shaded, exact(numbers), rtol=1e-12)  # double precision

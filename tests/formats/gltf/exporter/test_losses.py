@@ -25,6 +25,8 @@ TOLD = re.compile(
 )
 # Relative: figures are told with three digits.
 DIGITS = 0.006
+# Relative: pages have three digits too, and another processor may round the last otherwise.
+LAST_DIGIT = 0.01
 
 
 @pytest.fixture
@@ -125,9 +127,9 @@ def test_the_table_of_the_page_on_gltf_is_what_is_told(tmp_path):
         (finding,) = mrm.convert(REPOSITORY / "materials" / f"{stem}.mtlx", tmp_path / f"{stem}.glb").lost
         assert finding.code == "INTERCHANGE_APPROXIMATED"
         found = figures(finding)
-        # Half a percent is what two digits leave open; of the rest, another processor may round the third otherwise.
+        # Half a percent is what two digits leave open, and a tenth the rounding of the figure that is told.
         assert found[0] == pytest.approx(float(mean.removesuffix(" %")), abs=0.6), name
-        np.testing.assert_allclose(found[1:], [*pair(day)[::-1], *pair(night)[::-1]], rtol=0.02, err_msg=name)
+        np.testing.assert_allclose(found[1:], [*pair(day)[::-1], *pair(night)[::-1]], rtol=LAST_DIGIT, err_msg=name)
 
 
 @pytest.mark.large
@@ -138,7 +140,7 @@ def test_the_table_of_the_page_on_usd_is_what_is_told(tmp_path):
         stem = name.split(",")[0]
         (finding,) = mrm.convert(REPOSITORY / "materials" / f"{stem}.mtlx", tmp_path / f"{stem}.usda").lost
         np.testing.assert_allclose(
-            figures(finding)[1:], [*pair(day)[::-1], *pair(night)[::-1]], rtol=0.02, err_msg=name
+            figures(finding)[1:], [*pair(day)[::-1], *pair(night)[::-1]], rtol=LAST_DIGIT, err_msg=name
         )
 
 

@@ -83,7 +83,7 @@ def test_numbers_stand_at_the_surface(looked):
     identifier, given = shader(stage, "preview")
     assert identifier == "UsdPreviewSurface"
     assert given["metallic"] == 0.0
-    assert tuple(given["diffuseColor"]) == pytest.approx((0.505, 0.505, 0.497), abs=2e-3)
+    assert tuple(given["diffuseColor"]) == pytest.approx((0.505, 0.505, 0.497), abs=6e-4)  # three digits of four
     material = UsdShade.Material(stage.GetPrimAtPath("/Materials/M_traffic_cone_collar"))
     universal, _, _ = material.ComputeSurfaceSource()
     ours, _, _ = material.ComputeSurfaceSource("mtlx")
@@ -223,8 +223,8 @@ def test_blender_shows_the_daytime_material(looked, in_blender, tmp_path):
     """In Blender, the values arrive, and the picture is as bright as the material by day: 0.484 of a white diffuser."""
     stage, _ = looked(COLLAR)
     values = in_blender(stage, tmp_path / "picture.exr")
-    assert values["Base Color"] == pytest.approx([0.505, 0.505, 0.497, 1.0], abs=2e-3)
-    assert values["Roughness"] == pytest.approx(np.sqrt(0.03), rel=1e-6)
+    assert values["Base Color"] == pytest.approx([0.505, 0.505, 0.497, 1.0], abs=6e-4)
+    assert values["Roughness"] == pytest.approx(np.sqrt(0.03), rel=1e-6)  # float32
     assert (values["Metallic"], values["Coat Weight"], values["Alpha"]) == (0.0, 0.0, 1.0)
     assert 1.4 < values["IOR"] < 1.6
     radiance = read_image(tmp_path / "picture.exr")[..., :3].mean(axis=(0, 1))
