@@ -185,7 +185,8 @@ def _format_for(path: PathLike | OpenDocument, output: Path, to: str | None, *, 
         msg = f"{found.title} has no nodes of MaterialX; write the document itself as {found.title}"
         raise ArgumentError(msg, "portable")
     if not portable and (format_of(source) or (MATERIALX if source.exists() else None)) is found:
-        msg = f"{source} is {found.title} already"
+        hint = ": `portable` writes it for hosts without the node library" if found.holds_networks else ""
+        msg = f"{source} is {found.title} already{hint}"
         raise ArgumentError(msg, "output")
     return found
 

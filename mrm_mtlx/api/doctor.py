@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -71,7 +72,7 @@ class DoctorReport(Shown):
         for name, (use, state) in self.engines.items():
             line = f"{name:<9}  {'ok     ' if state.available else 'missing'}  {use:<{width}}"
             fits = len(line) + 2 + len(state.detail) <= COLUMNS
-            lines += [f"{line}  {state.detail}"] if fits else [line.rstrip(), f"{'':{_INDENT}}{state.detail}"]
+            lines += [f"{line}  {state.detail}"] if fits else [line.rstrip(), *_wrapped(state.detail, _INDENT)]
             if state.remedy:
                 lines.append(f"{'':20}to add it: {state.remedy}")
         return "\n".join(lines)
@@ -234,6 +235,14 @@ def survey() -> dict[str, tuple[str, Availability]]:
     from mrm_mtlx.engines import registry
 
     return {name: (engine.use, engine.availability()) for name, engine in registry.engines().items()}
+
+
+def _wrapped(text: str, indent: int) -> list[str]:
+    """A sentence in lines of `COLUMNS`, behind an indent; what is not to be broken, such as a path, is as it is."""
+    margin = " " * indent
+    return textwrap.wrap(
+        text, COLUMNS, initial_indent=margin, subsequent_indent=margin, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _listed(name: str, items: list[str] | tuple[str, ...], end: str = "") -> list[str]:

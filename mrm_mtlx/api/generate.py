@@ -186,7 +186,7 @@ def check_targets(
         If one is not among the allowed.
     """
     from mrm_mtlx.library import materialx_version
-    from mrm_mtlx.shadergen import HOST_TARGETS, all_targets, available_targets, lacking_targets
+    from mrm_mtlx.shadergen import all_targets, available_targets, lacking_targets
 
     allowed = all_targets() if allowed is None else allowed
     names = one_or_more(names)
@@ -196,11 +196,18 @@ def check_targets(
         lacks = f"MaterialX {materialx_version()} has no generator for {', '.join(later)}; " if later else ""
         msg = f"{', '.join(map(str, unknown))}: {lacks}expected one of {', '.join(allowed)}"
         raise ArgumentError(msg, "target")
-    hosts = [name for name in names if name in HOST_TARGETS]
+    check_library(names, library, "target")
+    return tuple(dict.fromkeys(names)) or tuple(available_targets() if default is None else default)
+
+
+def check_library(targets: Sequence[str], library: str, argument: str) -> None:
+    """Refuse MaterialX's own implementation of the flag for the targets of hosts, which are given this project's."""
+    from mrm_mtlx.shadergen import HOST_TARGETS
+
+    hosts = [name for name in targets if name in HOST_TARGETS]
     if hosts and library != "mrm":
         msg = f"{', '.join(hosts)}: has a MaterialX of its own, to which the library mrm is given; not {library}"
-        raise ArgumentError(msg, "target")
-    return tuple(dict.fromkeys(names)) or tuple(available_targets() if default is None else default)
+        raise ArgumentError(msg, argument)
 
 
 def _in_form(element: Any, shader: Shader, self_contained: bool, script_node: bool) -> Shader:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,12 +68,12 @@ class InstalledLibrary(Shown):
             return [
                 *lines,
                 f"Search path '{self.folder}'. Load the folder '{FOLDER}' before the standard library; "
-                f"for example generateshader --path {self.folder} --library {FOLDER} ...",
+                f"for example generateshader --path {shlex.quote(str(self.folder))} --library {FOLDER} ...",
             ]
         lines.append(f"Set one variable before the host starts, {self.variable}:")
         lines += [f"  {shell:<10} {line}" for shell, line in assignments(self.variable, self.value).items()]
         lines += [host.remark] if host.remark else []
-        return [*lines, f"Then: mrm doctor --host {self.host}"]
+        return [*lines, f"Then: mrm doctor {host.chosen(self.version)}"]
 
 
 def install_library(

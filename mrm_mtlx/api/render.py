@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from mrm_mtlx.api.errors import UnavailableError
+from mrm_mtlx.api.generate import check_library
 from mrm_mtlx.api.listener import SILENT, Listener
 from mrm_mtlx.api.opening import LibraryName, OpenDocument, PathLike, open_document
 from mrm_mtlx.system import child
@@ -172,6 +173,7 @@ def render(
         _check_output(target, "output")
     _check_numbers(size, exposure, paths, seed)
     chosen = _engine(engine)
+    check_library(chosen.targets, library, "engine")
     if not _traces_paths(chosen):
         of_paths = {"paths": paths, "seed": seed or None, "osl_mode": osl_mode}
         refuse(of_paths, f"only with an engine that traces paths: `engine` {' or '.join(_tracers())}")

@@ -32,7 +32,8 @@ def conformance(
 ) -> None:
     """Compare every node, flag and shape of lobe with the oracle, over random parameters.
 
-    Targets: glsl and essl in the OpenGL driver, osl in Cycles. The portable form is compared in the first two.
+    Targets: glsl and essl in the OpenGL driver, osl in Cycles; if named, storm in OpenUSD's Storm. The portable form is
+    compared in the first two.
     """
     import mrm_mtlx as mrm
     from mrm_mtlx.cli.console import terminal

@@ -13,7 +13,10 @@ from mrm_mtlx.system.arguments import ArgumentError
 from mrm_mtlx.system.writing import check_folder, write_text
 
 Targets: TypeAlias = Annotated[
-    list[str] | None, typer.Option("--target", metavar="NAME", help="Shading language; repeatable. Default: all.")
+    list[str] | None,
+    typer.Option(
+        "--target", metavar="NAME", help="Shading language, or the host storm; repeatable. Default: all languages."
+    ),
 ]
 
 

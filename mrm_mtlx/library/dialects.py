@@ -128,6 +128,11 @@ def installed() -> Dialect:
     return dialect(materialx_version())
 
 
+def module() -> Dialect:
+    """The dialect of the module MaterialX, whichever its data libraries are: what its classes have."""
+    return dialect(str(mx.getVersionString()))
+
+
 def dialect(version: str) -> Dialect:
     """The dialect of a version of MaterialX.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -71,15 +72,21 @@ def checks(host: Host, version: str, path: Path | None, program: str | None) -> 
         The host's own interpreter, or Blender; None for what is found here.
     """
     folder = path or _named(host)
-    install = f"mrm library install {folder or 'DIR'} --host {host.name}"
+    install = _install(folder, host, version)
     found = [_variable(host, path, f"{install} says how to set it")] if host.variable else []
     if folder is None:
-        return [*found, Check("folder", None, "no folder is named", install)]
+        found.append(Check("folder", None, "no folder is named", install))
+        return [*found, *_asked(host, version, host.form, None, program)] if program else found
     found.append(_folder(folder, install))
     form = _form(folder / FOLDER, version) or host.form
     if found[-1].ok:
         found += [_nodes(folder / FOLDER, version, form, install), _models(folder / FOLDER, host, version, install)]
     return [*found, *_asked(host, version, form, folder, program)] if host.variable else found
+
+
+def _install(folder: Path | None, host: Host, version: str) -> str:
+    """The command that installs the library, as a shell takes it."""
+    return f"mrm library install {shlex.quote(str(folder)) if folder else 'DIR'} {host.chosen(version)}"
 
 
 def _variable(host: Host, path: Path | None, setting: str) -> Check:
@@ -110,7 +117,7 @@ def _nodes(folder: Path, version: str, form: Form, install: str) -> Check:
     """Whether the files are those for a version."""
     if _agrees(folder, version, form):
         return Check("library", True, f"for MaterialX {version}, form {form.value}")
-    others = [other for other in FIRST_DEFINED if _agrees(folder, other, form)]
+    others = [other for other in reversed(FIRST_DEFINED) if _agrees(folder, other, form)]
     if others:
         return Check("library", False, f"for MaterialX {' or '.join(others)}, not for {version}", install)
     return Check("library", False, "files are missing, changed, or of another version of this package", install)
@@ -130,8 +137,8 @@ def _models(folder: Path, host: Host, version: str, install: str) -> Check:
     return Check("models", True, f"made from MaterialX {version}")
 
 
-def _asked(host: Host, version: str, form: Form, folder: Path, program: str | None) -> list[Check]:
-    """What the host says."""
+def _asked(host: Host, version: str, form: Form, folder: Path | None, program: str | None) -> list[Check]:
+    """What the host says; without a folder, what it is."""
     chosen = program or _program(host)
     if chosen is None:
         return [Check("host", None, "not asked", "--ask PROGRAM names its Python interpreter, or Blender")]
@@ -146,12 +153,14 @@ def _asked(host: Host, version: str, form: Form, folder: Path, program: str | No
         remedy = f"usd-core is built without; other builds may need {STANDARD_VARIABLE}"
         return [Check("host", False, said, remedy)]
     found = [_host_version(answer["usd"], defined, version, host)]
+    if folder is None:
+        return found
     ours, model, stock = (defined.get(name) for name in (node, _MODEL.definition, _STOCK))
     remedy = "the variable has to be set where the host is started, and name this folder first"
     if ours is None or not _is_below(ours["file"], folder):
         found.append(Check("nodes", False, f"{node} is found {_where(ours)}, not in {folder}", remedy))
     elif not _flags(ours["inputs"]):
-        found.append(Check("nodes", False, f"{node} has no flag", f"mrm library install {folder} --host {host.name}"))
+        found.append(Check("nodes", False, f"{node} has no flag", _install(folder, host, version)))
     else:
         found.append(Check("nodes", True, f"{node} is ours, with {', '.join(_flags(ours['inputs']))}"))
     if model is None or not _flags(model["inputs"]):

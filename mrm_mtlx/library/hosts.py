@@ -87,6 +87,10 @@ class Host:
     places: tuple[str, ...] = ()
     remark: str = ""
 
+    def chosen(self, version: str) -> str:
+        """The options that choose it with a MaterialX of a version."""
+        return f"--host {self.name}" + (f" --for {version}" if version != self.materialx and self.variable else "")
+
 
 def _blender(version: str, materialx: str) -> Host:
     return Host(
@@ -200,7 +204,7 @@ def host_called(name: str) -> Host:
     """
     if name not in HOSTS:
         near = get_close_matches(name.lower(), HOSTS, 1)
-        guess = f"; did you mean {near[0]}?" if near else ""
+        guess = f"; did you mean {near[0]}?" if near else "."
         msg = f"no host is called '{name}'{guess} Known: {', '.join(HOSTS)}"
         raise LookupError(msg)
     return HOSTS[name]

@@ -12,7 +12,7 @@ from typing import Any
 import MaterialX as mx
 
 from mrm_mtlx.library.assembly import node_library_files, served, source_files
-from mrm_mtlx.library.dialects import installed, materialx_version
+from mrm_mtlx.library.dialects import materialx_version, module
 from mrm_mtlx.library.paths import node_library_folder
 from mrm_mtlx.library.surface_models import Extension, extend
 
@@ -69,7 +69,7 @@ def set_data_library(document: mx.Document, definitions: mx.Document) -> None:
 
 
 def _has_data_libraries() -> bool:
-    return installed().has_data_libraries
+    return module().has_data_libraries
 
 
 def load_library(origin: Origin = Origin.MRM) -> DataLibrary:

@@ -143,8 +143,8 @@ def generate(element: Any, target_name: str, library: DataLibrary, osl_mode: Osl
 def _context(generator: Any, target: Target, library: DataLibrary, document: mx.Document) -> Any:
     context = mx_gen.GenContext(generator)
     context.registerSourceCodeSearchPath(library.search_path)
-    if dialects.installed().type_registration:
-        getattr(generator, dialects.installed().type_registration)(document)  # and of its data library
+    if dialects.module().type_registration:
+        getattr(generator, dialects.module().type_registration)(document)  # and of its data library
     colours = mx_gen.DefaultColorManagementSystem.create(generator.getTarget())
     colours.loadLibrary(library.document)
     generator.setColorManagementSystem(colours)

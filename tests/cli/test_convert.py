@@ -167,7 +167,7 @@ def test_what_the_portable_form_cannot_say_is_told_and_the_rest_is_written(here)
     ("arguments", "message"),
     [
         (("cone.glb", "--portable"), "--portable: glTF has no nodes of MaterialX"),
-        (("cone.mtlx",), "is MaterialX already"),
+        (("cone.mtlx",), "is MaterialX already: --portable writes it for hosts without the node library"),
         (("--portable", "--compare", "x.json"), "not with --compare"),
     ],
     ids=str,

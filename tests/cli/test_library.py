@@ -117,11 +117,27 @@ def test_the_doctor_sees_a_library_that_is_damaged(here, monkeypatch, tmp_path, 
 def test_the_doctor_sees_the_library_of_another_host(here, tmp_path):
     here("library", "install", "hosts", "--host", "usd-26.08")
     checks = {c["name"]: c for c in doctor(here, "blender-4.5")["checks"]}
-    assert checks["library"]["found"] == "for MaterialX 1.39.6 or 1.39.5, not for 1.39.2"
+    assert checks["library"]["found"] == "for MaterialX 1.39.5 or 1.39.6, not for 1.39.2"
     assert checks["models"]["found"] == f"made from MaterialX {mx.getVersionString()}, not 1.39.2"
     here("library", "install", "hosts")
     checks = {c["name"]: c for c in doctor(here, "usd-26.08")["checks"]}
     assert checks["models"]["found"] == "written for hosts that choose a definition in another way"
+
+
+def test_what_the_doctor_and_the_installation_say_can_be_typed_as_it_is(here):
+    version = mx.getVersionString()
+    host = next(name for name in ("usd-25.08", "usd-26.08") if HOSTS[name].materialx != version)
+    done = here("library", "install", "my hosts", "--host", host, "--for", version)
+    assert done.stderr.splitlines()[-1] == f"Then: mrm doctor --host {host} --for {version}"
+    told = here("doctor", "--host", host, "--for", "1.39.0", "--path", "my hosts").stdout
+    assert f"to do: mrm library install 'my hosts' --host {host} --for 1.39.0\n" in told
+    assert "--path 'my hosts' --library mrm" in here("library", "install", "my hosts").stderr
+
+
+def test_a_program_is_asked_also_before_anything_is_installed(here):
+    told = here("doctor", "--host", "usd-26.08", "--ask", sys.executable).stdout
+    assert "folder     -      no folder is named" in told
+    assert "knows no definition of MaterialX" in told  # usd-core
 
 
 def doctor(here, host: str) -> dict:

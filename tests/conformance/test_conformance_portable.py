@@ -10,9 +10,11 @@ import pytest
 from mrm_mtlx.conformance import NODES, Case, portable, run_portable
 from mrm_mtlx.conformance.approximation import MATERIALS, Sky, bounds
 from mrm_mtlx.conformance.portable import BOUNDS, measure_portable
+from mrm_mtlx.conformance.report import ConformanceReport
 from mrm_mtlx.engines import gl as engine
 from mrm_mtlx.library.portable import aligned, definitions, lobes
 from mrm_mtlx.library.portable.expressions import Expressions
+from mrm_mtlx.system.shown import COLUMNS
 
 # At the ends of both ranges of bounds, by a quadrature whose figures are within 0.004 (L1) and 0.002 (albedo) of the
 # full one's: less than a tenth of the bounds of L1, a seventh of the tightest of the albedo.
@@ -95,6 +97,9 @@ def test_a_run_has_every_case_in_both_variants(gl, monkeypatch):
     assert {(r.case.node, r.variant) for r in results} == {(n, v) for n in NODES for v in ("aligned", "definitions")}
     assert all(r.status == "pass" for r in results)
     assert all(r.comparison.samples == SAMPLES for r in results if r.variant == "definitions")
+    report = ConformanceReport({}, {}, "mrm", tuple(results)).report()
+    assert "generalized_schlick_bsdf  " in report
+    assert max(map(len, report.splitlines())) <= COLUMNS
 
 
 def test_without_the_engine_the_cases_are_skipped_with_the_reason(monkeypatch):

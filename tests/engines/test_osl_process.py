@@ -146,7 +146,10 @@ def test_a_program_that_ends_at_once_is_named_with_its_exit_status(tried, tmp_pa
 
 
 def test_an_interpreter_that_does_not_exist_is_named(tried, tmp_path):
-    assert_absent(tried(tmp_path / "nowhere"), str(tmp_path / "nowhere"), "No such file")
+    state = tried(tmp_path / "nowhere")
+    assert_absent(state, f"bpy does not run: {tmp_path / 'nowhere'}: No such file or directory")
+    assert "Error" not in state.detail
+    assert_absent(tried(tmp_path), f"{tmp_path}: not a program")
 
 
 def test_an_interpreter_that_does_not_exist_leaves_no_folder(tried, tmp_path, fresh):

@@ -67,6 +67,13 @@ def test_data_libraries_of_another_version_than_the_module_are_named_by_a_variab
     assert dialects.materialx_version() == mx.getVersionString()
 
 
+@pytest.mark.parametrize("stated", ["1.39.0", "1.39.2"])
+def test_what_classes_of_the_module_have_is_asked_of_the_module(monkeypatch, in_process, stated):
+    monkeypatch.setenv(dialects.VARIABLE, stated)
+    run = in_process("generate", materials_folder() / "cats_eye.mtlx", "--target", "glsl")
+    assert (run.exit_code, run.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("stated", ["new", "1.", "1.39.6-dev", "1.39.6\x1b[2J", "\N{ARABIC-INDIC DIGIT ONE}.39"])
 def test_a_variable_that_states_no_version_is_refused_in_one_line(monkeypatch, in_process, stated):
     monkeypatch.setenv(dialects.VARIABLE, stated)

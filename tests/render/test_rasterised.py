@@ -93,3 +93,5 @@ def test_the_command_takes_the_engine_and_refuses_what_is_for_paths(storm, tmp_p
     assert float(np.asarray(made).max()) > 10.0
     with pytest.raises(mrm.ArgumentError, match="traces paths: `engine` cycles"):
         mrm.render(material, engine="storm", paths=4)
+    with pytest.raises(mrm.ArgumentError, match="library mrm is given; not upstream"):
+        mrm.render(material, engine="storm", library="upstream")

@@ -82,6 +82,9 @@ class BlenderProcess:
 
     def __init__(self, interpreter: str, server: Server) -> None:
         self._name = server.name
+        if shutil.which(interpreter) is None:  # else it is the keeper that does not find it
+            reason = "not a program" if Path(interpreter).exists() else "No such file or directory"
+            raise EngineFailure(f"{interpreter}: {reason}")
         self._folder = _new_folder(server.prefix)
         variables = {name: value.format(folder=self._folder) for name, value in server.variables.items()}
         try:
