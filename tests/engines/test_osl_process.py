@@ -402,7 +402,7 @@ def test_a_runtime_that_dies_as_it_first_starts_is_tried_once_more(cycles, tried
 
 @linux
 def test_a_server_whose_user_was_killed_in_the_middle_of_a_request_removes_its_folder(cycles, temporary):
-    with user_of_the_engine("400", temporary) as (user, server):
+    with user_of_the_engine("40000", temporary) as (user, server):
         user.kill()
         user.wait(TIME_LIMIT_S)
         assert ends_within(server, TIME_LIMIT_S)
