@@ -62,8 +62,10 @@ def install(
 ) -> None:
     """Write the node library and the surface models for a host to DIR/mrm, and say what to set."""
     import mrm_mtlx as mrm
+    from mrm_mtlx.cli.console import terminal
 
-    installed = mrm.install_library(folder, host=host, materialx=materialx, stdlib=stdlib, form=form)
+    with terminal("installing"):  # a wheel that is fetched takes seconds
+        installed = mrm.install_library(folder, host=host, materialx=materialx, stdlib=stdlib, form=form)
     typer.echo(installed)
     for note in installed.notes():
         typer.echo(note, err=True)
