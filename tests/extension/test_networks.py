@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 MATERIALS = sorted(path.stem for path in materials_folder().glob("*.mtlx"))
 # What Storm shows for what it has no shader of, magenta, has this share of the red in its green.
 MAGENTA = 0.1
-# Of the brightest channel. Storm has a twentieth less green than Cycles of the light that Blender hands it: 0.06 at most
-# in these pictures, by Blender 5.0 and 5.1.
+# Of the brightest channel. Storm has a twentieth less green than Cycles of the light that Blender hands it, which is
+# 0.06 at most in these pictures, by Blender 5.0.
 SAME_HUE = 0.08
 
 
