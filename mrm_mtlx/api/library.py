@@ -200,7 +200,7 @@ def _standard_library(host: Host, version: str, stdlib: PathLike | None, scratch
 def _value(host: Host, folder: Path, standard: StandardLibrary, *, kept: bool) -> str:
     """The value of the host's variable, "" if it has none; an ArgumentError if it needs a folder that is not kept."""
     if host.with_standard and not kept:
-        msg = f"{host.title} needs a standard library that stays: name its folder with `stdlib`"
+        msg = f"{host.name} needs a standard library that stays: name its folder with `stdlib`"
         raise ArgumentError(msg, "host")
     folders = [folder, *([standard.folder] if host.with_standard else [])]
     return os.pathsep.join(str(each.resolve()) for each in folders) if host.variable else ""

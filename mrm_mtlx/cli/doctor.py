@@ -32,7 +32,8 @@ def doctor(
         Path | None, typer.Option("--path", metavar="DIR", help="Folder that the library was installed into.")
     ] = None,
     materialx: Annotated[
-        str | None, typer.Option("--for", metavar="VERSION", help="Version of the host's MaterialX, if another.")
+        str | None,
+        typer.Option("--for", metavar="VERSION", help="Version of the host's MaterialX, if not that of docs/hosts.md."),
     ] = None,
     ask: Annotated[
         Path | None,

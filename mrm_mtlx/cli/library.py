@@ -50,7 +50,8 @@ def install(
         str, typer.Option("--host", metavar="NAME", help="For whom, such as blender-5.0; see docs/hosts.md.")
     ] = "plain",
     materialx: Annotated[
-        str | None, typer.Option("--for", metavar="VERSION", help="Version of the host's MaterialX, if another.")
+        str | None,
+        typer.Option("--for", metavar="VERSION", help="Version of the host's MaterialX, if not that of docs/hosts.md."),
     ] = None,
     stdlib: Annotated[
         Path | None,

@@ -19,9 +19,9 @@ class GltfOptions(Options):
         If one is no truth value.
     """
 
-    exact: Annotated[bool | None, Option("", "Leave out what glTF has no form for, and do not write the nearest.")] = (
-        None
-    )
+    exact: Annotated[
+        bool | None, Option("", "Leave out what glTF has no form for; default: the nearest is written.")
+    ] = None
 
     def __post_init__(self) -> None:
         """Check the value."""
