@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 # A wheel that every version has: the data are the same in all of them.
 _PLATFORM, _PYTHON = {"pip": "win_amd64", "uv": "windows"}, "3.11"
+_CONSTRAINTS = ("PIP_CONSTRAINT", "UV_CONSTRAINT")
 # Seconds for 10 to 20 MB.
 _LONGEST_S = 300.0
 
@@ -60,7 +62,9 @@ def _install(version: str, folder: Path) -> subprocess.CompletedProcess[str]:
     platform = "--platform" if tool == "pip" else "--python-platform"
     command += ["--target", str(folder), "--no-deps", "--only-binary=:all:", platform, _PLATFORM[tool]]
     command += ["--python-version", _PYTHON, f"MaterialX=={version}"]
+    # Constraints are for the environment here, whose MaterialX is another one.
+    variables = {name: value for name, value in os.environ.items() if name not in _CONSTRAINTS}
     try:
-        return subprocess.run(command, capture_output=True, text=True, timeout=_LONGEST_S, check=False)
+        return subprocess.run(command, capture_output=True, text=True, timeout=_LONGEST_S, check=False, env=variables)
     except subprocess.TimeoutExpired:
         return subprocess.CompletedProcess(command, 1, "", f"not finished within {_LONGEST_S:.0f} s")

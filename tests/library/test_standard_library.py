@@ -157,6 +157,9 @@ OF_NO_HOST = "1.39.1"
 
 def test_without_the_package_index_the_message_says_what_else_there_is(tmp_path, monkeypatch):
     monkeypatch.setenv("PIP_NO_INDEX", "1")
+    constraints = tmp_path / "constraints.txt"
+    constraints.write_text("MaterialX==1.39.5\n", encoding="utf-8")
+    monkeypatch.setenv("PIP_CONSTRAINT", str(constraints))  # of the environment here: not what the fetch is about
     said = refused(tmp_path, materialx=OF_NO_HOST, host="quiltix")
     assert "its wheel could not be fetched (ERROR: No matching distribution found" in said
     assert "`stdlib`" in said
