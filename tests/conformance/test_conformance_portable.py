@@ -130,7 +130,7 @@ def at_the_peak(nodes, facets, inputs):
 
 def of_no_facet(nodes, facets, inputs):
     """White, whatever the reflectance."""
-    return aligned.Reflectance(SCHLICK(nodes, facets, inputs).mean * 0.0 + 1.0, SCHLICK(nodes, facets, inputs).curve)
+    return aligned.Reflectance(SCHLICK(nodes, facets, inputs).mean * 0.0 + 1.0, SCHLICK(nodes, facets, inputs).pulled)
 
 
 def brighter(nodes, facets, inputs):

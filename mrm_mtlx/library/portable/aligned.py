@@ -21,14 +21,9 @@ if TYPE_CHECKING:
 # Gauss-Legendre nodes and weights on [-1, 1]; as many as a vector has components.
 _NODES = (-0.861136, -0.339981, 0.339981, 0.861136)
 _SHARES = (0.347855, 0.652145, 0.652145, 0.347855)
-# Their places between the ends of another interval: shares of its upper end, and of its lower one.
-_UPPER = tuple(0.5 * (1.0 + node) for node in _NODES)
-_LOWER = tuple(0.5 * (1.0 - node) for node in _NODES)
 
 # Generators write constants with six decimals.
 _TINY = 1e-6
-# What is multiplied by it and has `_TINY` added keeps its value by a billionth.
-_MUCH = 1000.0
 
 # Widths that are told apart, and the smallest cosine of the view direction.
 _NARROWEST, _GRAZING = 1e-4, 1e-3
@@ -45,55 +40,44 @@ _SHIFT = 1.5  # the slope of the reflectance turns the lobe by so much more than
 
 
 class Frame(NamedTuple):
-    """The plane of incidence, seen from the side of the surface that n is on."""
+    """The plane of incidence, seen from the side of the surface that the view direction (or its opposite) is on."""
 
-    normal: Value
-    view: Value  # the view direction or its opposite
+    view: Value
+    side: Value  # n.view for the given n: the sign tells which side it is
     along: Value  # across the view direction, in the plane of incidence, pointing away from n
+    across: Value
     cosine: Value
     sine: Value
     tangent: Value  # of the angle of incidence
-    azimuth: Value  # of the plane of incidence from the surface's tangent: its cosine and sine
-    across_azimuth: Value  # of the direction across that plane
+    azimuth: Value  # of the plane of incidence from the surface's tangent: its cosine
+    azimuth_sine: Value
 
 
 class Widths(NamedTuple):
-    """The lobe about n."""
+    """The lobe about n: inverse squared widths along the plane of incidence, mixed, and across it."""
 
-    along: Value  # unit vector along the plane of incidence, by the widths of the surface's axes
-    across: Value  # the same of that across it
+    along: Value
+    mixed: Value
+    across: Value
     alpha: Value  # in the plane of incidence
     shear: Value  # slope across per slope along, for the most probable facet
-    narrow: Value  # the smaller width
-    area: Value  # product of the widths
-
-
-class Stretched(NamedTuple):
-    """Widths, and how many times as wide a lobe is along the plane of incidence and across it."""
-
-    widths: Widths
-    along: Value
-    across: Value
+    narrow: Value  # square of the smaller width
 
 
 class Facets(NamedTuple):
     """Four facets of the lobe: what v' sees of each."""
 
     cosine: Value  # v'.m
-    weight: Value  # share of the lobe, not yet by their sum
-    pull: Value  # how far the facet pulls the lobe along
-
-    def mean(self, values: Value) -> Value:
-        """The mean of values at the facets."""
-        nodes = self.weight.nodes
-        return nodes.dot(self.weight, values) / nodes.sum(self.weight)
+    weight: Value  # share of the lobe, sums to 1
+    pull: Value  # times how far the facet pulls the lobe along
+    centre: Value  # sum of `pull`
 
 
 class Reflectance(NamedTuple):
-    """Of a lobe: the mean over its facets, as a vector of channels; and at each facet, the sum of the channels."""
+    """Of a lobe, as vectors: the mean over its facets, and the sum over them with their pull."""
 
     mean: Value
-    curve: Value
+    pulled: Value
 
 
 @dataclass(frozen=True)
@@ -131,45 +115,47 @@ def aligned_lobe(
     frame = _frame(nodes, inputs["normal"], inputs["tangent"])
     widths = _widths(nodes, frame, inputs["roughness"])
     facets = _facets(nodes, frame, widths)
-    mean, curve = reflectance(nodes, facets, inputs)
-    shift = widths.alpha * _SHIFT * (_pull(nodes, facets, curve) - facets.mean(facets.pull))
-    excess = (frame.tangent * widths.alpha - _WING_FROM).at_least(0.0)
+    mean, pulled = reflectance(nodes, facets, inputs)
+    grey = nodes.sum(mean).at_least(_TINY)
+    shift = widths.alpha * (nodes.sum(pulled) / grey - facets.centre) * _SHIFT
+    excess = (widths.alpha * frame.tangent - _WING_FROM).at_least(0.0)
     wing = excess * _WING / (1.0 + excess * _WING)
-    narrowed = 1.0 + excess * _NARROWED
-    bent = frame.sine * (widths.narrow * _WIDENED**0.5)
-    squeeze = nodes.vector([frame.cosine, bent]).length()
-    moved = frame.along
-    if not widths.shear.is_constant(0.0):
-        # n x along is the direction across, times the cosine.
-        moved = moved + nodes.cross(frame.normal, moved) * widths.shear
+    narrowed = (1.0 + excess * _NARROWED) * (1.0 + excess * _NARROWED)
+    squeeze = (frame.cosine * frame.cosine + widths.narrow * frame.sine * frame.sine * _WIDENED).root()
+    core = (widths.along * narrowed, widths.mixed * narrowed / squeeze, widths.across * narrowed / (squeeze * squeeze))
+    broad = (
+        core[0] * (1.0 / _WING_ALONG**2),
+        core[1] * (1.0 / (_WING_ALONG * _WING_ACROSS)),
+        core[2] * (1.0 / _WING_ACROSS**2),
+    )
+    sideways = frame.across * (frame.cosine * shift * widths.shear)
     turn = (widths.alpha * _WING_TURN).at_most(frame.tangent)
-    core = Stretched(widths, 1.0 / narrowed, squeeze / narrowed)
-    broad = Stretched(widths, core.along * _WING_ALONG, core.across * _WING_ACROSS)
     return AlignedLobe(
         mean.at_least(0.0),
-        _part(nodes, frame, 1.0 - wing, moved * shift, core),
-        _part(nodes, frame, wing, moved * shift - frame.along * turn, broad),
+        _part(nodes, frame, 1.0 - wing, frame.along * shift + sideways, core),
+        _part(nodes, frame, wing, frame.along * (shift - turn) + sideways, broad),
     )
 
 
 def conductor(nodes: Expressions, facets: Facets, inputs: Mapping[str, Value]) -> Reflectance:
     """Fresnel's equations with a complex index, per channel."""
     index, extinction = (inputs[name] for name in ("ior", "extinction"))
-    red, green, blue = (_metal(index.component(i), extinction.component(i), facets.cosine) for i in range(3))
-    share = nodes.vector(nodes.dot(facets.weight, curve) for curve in (red, green, blue))
-    return Reflectance(share / nodes.sum(facets.weight), red + green + blue)
+    channels = [_metal(index.component(i), extinction.component(i), facets.cosine) for i in range(3)]
+    return Reflectance(
+        nodes.vector(nodes.dot(facets.weight, curve) for curve in channels),
+        nodes.vector(nodes.dot(facets.pull, curve) for curve in channels),
+    )
 
 
 def dielectric(nodes: Expressions, facets: Facets, inputs: Mapping[str, Value]) -> Reflectance:
     """Fresnel's equations; total beyond the critical angle."""
     cosine, index = facets.cosine, inputs["ior"]
-    square = index * index
-    g = (cosine.square() + (square - 1.0)).at_least(0.0).root()
-    # (g - c) / (g + c) and (n^2 c - g) / (n^2 c + g)
-    perpendicular = 1.0 - 2.0 / (1.0 + g / cosine)
-    parallel = 1.0 - 2.0 / (1.0 + cosine * square / g.at_least(_TINY))
-    curve = (perpendicular.absolute().square() + parallel.absolute().square()) * 0.5
-    return Reflectance(inputs["tint"] * facets.mean(curve), curve * nodes.sum(inputs["tint"]))
+    g = (cosine * cosine + (index * index - 1.0)).at_least(0.0).root()
+    perpendicular = (g - cosine) / (g + cosine).at_least(_TINY)
+    parallel = ((g + cosine) * cosine - 1.0) / ((g - cosine) * cosine + 1.0).at_least(_TINY)
+    curve = perpendicular * perpendicular * (1.0 + parallel * parallel) * 0.5
+    tint = inputs["tint"]
+    return Reflectance(tint * nodes.dot(facets.weight, curve), tint * nodes.dot(facets.pull, curve))
 
 
 def schlick(nodes: Expressions, facets: Facets, inputs: Mapping[str, Value]) -> Reflectance:
@@ -177,120 +163,111 @@ def schlick(nodes: Expressions, facets: Facets, inputs: Mapping[str, Value]) -> 
     grazing = 1.0 - facets.cosine
     curve = grazing.to_the(inputs["exponent"])
     normal, edge = (inputs[name].at_least(0.0) for name in ("color0", "color90"))
-    rise = edge - normal
-    mean = normal + rise * facets.mean(curve)
-    total = curve * nodes.sum(rise) + nodes.sum(normal)
+    mean = normal + (edge - normal) * nodes.dot(facets.weight, curve)
+    pulled = normal * facets.centre + (edge - normal) * nodes.dot(facets.pull, curve)
     if "color82" not in inputs:
-        return Reflectance(mean, total)
-    dip = facets.cosine * grazing.to_the(6.0) * (7.0 * (7.0 / 6.0) ** 6)  # 1 at cos 1/7
-    there = normal + rise * nodes.constant(6.0 / 7.0).to_the(inputs["exponent"])
+        return Reflectance(mean, pulled)
+    cubed = grazing * grazing * grazing
+    dip = facets.cosine * cubed * cubed * (7.0 * (7.0 / 6.0) ** 6)  # 1 at cos 1/7
+    there = normal + (edge - normal) * nodes.constant(6.0 / 7.0).to_the(inputs["exponent"])
     depth = there * (1.0 - inputs["color82"].at_least(0.0))
-    return Reflectance(mean - depth * facets.mean(dip), total - dip * nodes.sum(depth))
+    return Reflectance(
+        mean - depth * nodes.dot(facets.weight, dip),
+        pulled - depth * nodes.dot(facets.pull, dip),
+    )
 
 
 def _metal(index: Value, extinction: Value, cosine: Value) -> Value:
-    """Mean of both polarisations, Rs (1 + Rp / Rs) / 2; without a division by the cosine squared."""
-    cosine2 = cosine.square()
+    """Mean of both polarisations, Rs (1 + Rp / Rs) / 2; without a division by the cosine."""
+    cosine2 = cosine * cosine
     sine2 = 1.0 - cosine2
+    difference = index * index - extinction * extinction - sine2
     product = index * extinction * 2.0
-    offset = index * index - extinction * extinction - 1.0
-    modulus = ((cosine2 + offset).absolute().square() + product * product).root()
-    sum_s = modulus + cosine2
-    real = ((sum_s + offset) * 0.5).at_least(0.0).root()
-    twice_s = (real * cosine * 2.0).at_least(_TINY)
-    # modulus cosine2 + sine2^2
-    sum_p = (sum_s - 2.0) * cosine2 + 1.0
-    # Rs = (sum_s - twice_s) / (sum_s + twice_s), and 1 + Rp / Rs = 2 sum_p / (sum_p + twice_p)
-    perpendicular = 1.0 - 2.0 / (1.0 + sum_s / twice_s)
-    return perpendicular / (1.0 + twice_s * sine2 / sum_p.at_least(_TINY))
-
-
-def _pull(nodes: Expressions, facets: Facets, curve: Value) -> Value:
-    """How far the facets pull the lobe, by what each reflects."""
-    reflected = facets.weight * curve
-    return nodes.dot(reflected, facets.pull) / nodes.sum(reflected).at_least(_TINY)
+    modulus = (difference * difference + product * product).root()
+    real = ((modulus + difference) * 0.5).at_least(0.0).root()
+    sum_s, twice_s = modulus + cosine2, real * cosine * 2.0
+    sum_p, twice_p = modulus * cosine2 + sine2 * sine2, real * cosine * sine2 * 2.0
+    # 1 + (sum_p - twice_p) / (sum_p + twice_p) = 2 sum_p / (sum_p + twice_p)
+    return (sum_s - twice_s) / (sum_s + twice_s) * sum_p / (sum_p + twice_p).at_least(_TINY)
 
 
 def _frame(nodes: Expressions, normal: Value, tangent: Value) -> Frame:
     view = nodes.node("viewdirection", "vector3", {}, space="world")
-    n = normal if normal.is_node("normal") else normal.normalized()
-    side = nodes.dot(n, view)
-    cosine = side.absolute().at_least(_GRAZING)
-    sine = nodes.cross(n, view).length()
-    y = nodes.cross(n, tangent).normalized()
-    x = nodes.cross(y, n)
-    # Where the view direction is n, the plane of incidence is that of the tangent.
-    along = ((view * side - n) * _MUCH + tangent * _TINY).normalized()
-    lean = nodes.dot(view, x) * _MUCH + _TINY, nodes.dot(view, y) * _MUCH
-    azimuth = nodes.vector(lean).normalized()
-    across = nodes.vector([-lean[1], lean[0]]).normalized()
-    toward = nodes.where(side, 0.0, view, -view)
-    return Frame(n, toward, along, cosine, sine, sine / cosine, azimuth, across)
+    outward = normal.normalized()
+    side = nodes.dot(outward, view)
+    n = nodes.where(side, 0.0, outward, -outward)
+    x = (tangent - n * nodes.dot(tangent, n)).normalized()
+    y = nodes.cross(n, x)
+    cosine = side.absolute().at_least(_GRAZING).at_most(1.0)
+    sine = (1.0 - cosine * cosine).root()
+    lean = view - n * side.absolute()
+    length = lean.length()
+    plane = nodes.where(length, 1e-5, lean / length.at_least(_TINY), x)
+    along = plane * cosine - n * sine
+    azimuth = nodes.dot(plane, x), nodes.dot(plane, y)
+    return Frame(view, side, along, nodes.cross(n, plane), cosine, sine, sine / cosine, *azimuth)
 
 
 def _widths(nodes: Expressions, frame: Frame, roughness: Value) -> Widths:
-    roughness = roughness.at_least(_NARROWEST).at_most(1.0)
-    alpha_x, alpha_y = (roughness.component(i) for i in range(2))
+    alpha_x, alpha_y = (roughness.component(i).at_least(_NARROWEST).at_most(1.0) for i in range(2))
+    square_x, square_y = alpha_x * alpha_x, alpha_y * alpha_y
     if alpha_x.number is not None and alpha_x.number == alpha_y.number:
-        zero = nodes.constant(0.0)
-        return Widths(frame.azimuth, frame.across_azimuth, alpha_x, zero, alpha_x, alpha_x * alpha_x)
-    along, across = frame.azimuth * roughness, frame.across_azimuth * roughness
+        inverse, zero = 1.0 / square_x, nodes.constant(0.0)
+        return Widths(along=inverse, mixed=zero, across=inverse, alpha=alpha_x, shear=zero, narrow=square_x)
+    inverse_x, inverse_y = 1.0 / square_x, 1.0 / square_y
+    cosine2, sine2 = frame.azimuth * frame.azimuth, frame.azimuth_sine * frame.azimuth_sine
+    both = frame.azimuth * frame.azimuth_sine
+    squared = cosine2 * square_x + sine2 * square_y
     return Widths(
-        along=frame.azimuth / roughness,
-        across=frame.across_azimuth / roughness,
-        alpha=along.length(),
-        shear=nodes.dot(along, across) / nodes.dot(along, along),
-        narrow=alpha_x.at_most(alpha_y),
-        area=alpha_x * alpha_y,
+        along=cosine2 * inverse_x + sine2 * inverse_y,
+        mixed=both * (inverse_y - inverse_x),
+        across=sine2 * inverse_x + cosine2 * inverse_y,
+        alpha=squared.root(),
+        shear=both * (square_y - square_x) / squared,
+        narrow=square_x.at_most(square_y),
     )
 
 
 def _facets(nodes: Expressions, frame: Frame, widths: Widths) -> Facets:
     """Facets m = (X, 0, 1) / |.| in the plane of incidence, X away from v': Gauss-Legendre in X / sqrt(a^2 + X^2)."""
-    alpha = widths.alpha
-    # From -1 / sqrt(1 + a^2 b^2) to b / sqrt(a^2 + b^2), where the slope b = cosine / (1 + sine) is the steepest.
-    beyond = frame.sine + 1.0
-    top = nodes.vector([frame.cosine, beyond * alpha]).normalized().component(0)
-    bottom = nodes.vector([beyond, frame.cosine * alpha]).normalized().component(0)
-    xi = nodes.constant(_UPPER, "vector4") * top - nodes.constant(_LOWER, "vector4") * bottom
-    xi2 = xi.absolute().square()
-    root = (1.0 - xi2).root()
-    # m = (alpha xi, 0, root) / stretch
-    stretch = (1.0 - xi2 * (1.0 - alpha * alpha)).root()
-    seen = (root - xi * (frame.tangent * alpha)).at_least(0.0)  # v'.m, by cosine / stretch
-    cosine = (seen / stretch * frame.cosine).at_least(_TINY).at_most(1.0)
-    to_light = (cosine * root * 2.0 / stretch - frame.cosine).at_least(_NARROWEST)
-    # Smith's auxiliary function for v' and for l, plus 1/2: G2 / G1 is the former by their sum.
-    shadow = nodes.vector([nodes.constant(1.0), frame.tangent * alpha]).length() * 0.5
-    lit = (to_light.to_the(-2.0) * (alpha * alpha) + (1.0 - alpha * alpha)).root() * 0.5
-    weight = nodes.constant(_SHARES, "vector4") * (seen / (root * (lit + shadow)))
-    return Facets(cosine, weight, xi * root)
+    square = widths.alpha * widths.alpha
+    steepest = frame.cosine / (1.0 + frame.sine)
+    top = steepest / (square + steepest * steepest).root()
+    bottom = -1.0 / (1.0 + square * steepest * steepest).root()
+    xi = nodes.constant(_NODES, "vector4") * ((top - bottom) * 0.5) + (top + bottom) * 0.5
+    root = (1.0 - xi * xi).at_least(_TINY).root()
+    slope = xi / root * widths.alpha
+    stretch = (1.0 + slope * slope).root()
+    cosine = ((frame.cosine - frame.sine * slope) / stretch).at_least(0.0).at_most(1.0)
+    to_light = (cosine * 2.0 / stretch - frame.cosine).at_least(_NARROWEST)
+    # Smith's auxiliary function for v' and for l, plus 1/2: G2 / G1.
+    seen = (1.0 + square * frame.tangent * frame.tangent).root() * 0.5
+    lit = (1.0 + (1.0 / (to_light * to_light) - 1.0) * square).root() * 0.5
+    share = nodes.constant(_SHARES, "vector4") * (1.0 - slope * frame.tangent).at_least(0.0)
+    unscaled = share * ((seen + 0.5) / (seen + lit))
+    weight = unscaled / nodes.sum(unscaled)
+    pull = weight * xi * root
+    return Facets(cosine, weight, pull, nodes.sum(pull))
 
 
-def _part(nodes: Expressions, frame: Frame, share: Value, turn: Value, shape: Stretched) -> Part:
-    """A lobe about the view direction turned by a small vector.
+def _part(nodes: Expressions, frame: Frame, share: Value, turn: Value, widths: tuple[Value, Value, Value]) -> Part:
+    """A lobe about the view direction turned by a small vector, with these inverse squared widths across it."""
+    along, mixed, across = widths
+    seen = (frame.view + turn).normalized()
+    normal = nodes.where(frame.side, 0.0, seen, -seen)
 
-    Its tangent is made perpendicular to the normal by who evaluates it, as that of every surface with a normal map.
-    """
-    normal = (frame.view + turn).normalized()
-    widths = shape.widths
-    if widths.shear.is_constant(0.0):
-        along, across_width = widths.alpha * shape.along, widths.alpha * shape.across
-        return Part(share, normal, frame.along, nodes.vector([along.at_most(1.0), across_width.at_most(1.0)]))
-    # Principal axes of the inverse squared widths.
-    first, second = widths.along / shape.along, widths.across / shape.across
-    one, other = nodes.dot(first, first), nodes.dot(second, second)
-    double = nodes.vector([(one - other) * 0.5, nodes.dot(first, second)])
-    largest = (one + other) * 0.5 + double.length()
-    axis = _half_angle(nodes, double)
-    tangent = frame.along * axis.component(0) + nodes.cross(frame.view, frame.along) * axis.component(1)
-    narrow = 1.0 / largest.root()
-    wide = widths.area * shape.along * shape.across * largest.root()
-    return Part(share, normal, tangent, nodes.vector([narrow.at_most(1.0), wide.at_most(1.0)]))
+    def lobe(axis: Value, along: Value, across: Value) -> Part:
+        tangent = (axis - normal * nodes.dot(axis, normal)).normalized()
+        return Part(share, normal, tangent, nodes.vector([along.at_most(1.0), across.at_most(1.0)]))
 
-
-def _half_angle(nodes: Expressions, vector: Value) -> Value:
-    """Unit vector in the direction of half the angle of a vector of two, or its opposite; across, for no vector."""
-    unit = (vector - nodes.constant((_TINY, 0.0), "vector2")).normalized()
-    half = unit.component(1) * _MUCH + _TINY, (1.0 - unit.component(0)) * _MUCH
-    return nodes.vector(half).normalized()
+    if mixed.is_constant(0.0):
+        return lobe(frame.along, 1.0 / along.root(), 1.0 / across.root())
+    half = (along - across) * 0.5
+    radius = (half * half + mixed * mixed).root()
+    unit = half / radius.at_least(_TINY)
+    cosine = (0.5 + unit * 0.5).at_least(0.0).root()
+    sine = (0.5 - unit * 0.5).at_least(0.0).root()
+    axis = frame.along * cosine + frame.across * nodes.where(mixed, 0.0, sine, -sine)
+    largest = (along + across) * 0.5 + radius
+    other = (largest / (along * across - mixed * mixed)).root()
+    return lobe(axis, 1.0 / largest.root(), other)

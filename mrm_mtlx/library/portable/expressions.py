@@ -70,10 +70,6 @@ class Value:
         """True if all components are a constant, and this one."""
         return self.number is not None and all(x == number for x in self.number)
 
-    def is_node(self, category: str) -> bool:
-        """True for the output of a node of a category."""
-        return self.operation is not None and self.operation[0] == category
-
     def __add__(self, other: Value | float) -> Value:
         """The sum."""
         return self.nodes.combined("add", self, other)
@@ -115,10 +111,6 @@ class Value:
         if self.number is not None:
             return self.nodes.constant(tuple(x**0.5 for x in self.number), self.kind)
         return self.nodes.node("sqrt", self.kind, {"in": self})
-
-    def square(self) -> Value:
-        """The square of what is not negative, component by component: one node that takes the value once."""
-        return self.to_the(2.0)
 
     def absolute(self) -> Value:
         """The absolute value, component by component."""
