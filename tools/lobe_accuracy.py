@@ -17,7 +17,12 @@ VIEWS_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0)
 
 
 def print_page(
-    tool: str, page: str, title: str, measured_in: str, measure: Callable[[Sky], Iterable[Approximation]]
+    tool: str,
+    page: str,
+    title: str,
+    measured_in: str,
+    measure: Callable[[Sky], Iterable[Approximation]],
+    **quadrature: int,
 ) -> None:
     """Print a page of tables, one per node and material.
 
@@ -31,12 +36,14 @@ def print_page(
         The heading, and where the figures are measured.
     measure
         Function from what is to be measured to its figures.
+    **quadrature
+        Of `Sky`, where it is not the one by default.
     """
     print(f"<!-- Made by: python -m tools.{tool} > docs/{page}-accuracy.md -->\n# {title}\n")
     print(f"Measured in {measured_in}, against the oracle; see [{page}.md]({page}.md). Each cell: L1 error, then")
     print("the ratio of the albedos, over the width alpha and the angle of the view direction from the normal.")
     for node in NODES:
-        sky = Sky(node, ALPHAS, VIEWS_DEG)
+        sky = Sky(node, ALPHAS, VIEWS_DEG, **quadrature)
         found = {(a.material, a.alpha, a.view_deg): a for a in measure(sky)}
         for material in (m.name for m in sky.materials):
             print(f"\n## {node}, {material}\n")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from mrm_mtlx.conformance.portable import measure_portable
+from mrm_mtlx.conformance.portable import QUADRATURE, measure_portable
 from mrm_mtlx.engines import gl
 from mrm_mtlx.library import materialx_version
 from tools.lobe_accuracy import print_page
@@ -17,7 +17,7 @@ def main() -> None:
     """Print the tables."""
     where = f"GLSL as MaterialX {materialx_version()} generates it"
     measure = partial(measure_portable, gl.ENGINE, "glsl")
-    print_page("portable_accuracy", "portable", "Accuracy of the portable form", where, measure)
+    print_page("portable_accuracy", "portable", "Accuracy of the portable form", where, measure, **QUADRATURE)
 
 
 if __name__ == "__main__":

@@ -46,6 +46,10 @@ BOUNDS: Bounds = {
     "generalized_schlick_bsdf": ((0.04, 0.08, 0.015), (0.1, 0.17, 0.03)),
 }
 
+# Finer than for closures of OSL: light from below the surface counts here, up to where the lobe itself ends. Twice as
+# many of both move the L1 errors and the albedos by less than 0.001.
+QUADRATURE = {"angles": 192, "azimuths": 64}
+
 
 def steps(targets: Sequence[str], samples: int, seed: int) -> list[Callable[[], Iterator[CaseResult]]]:
     """The work to do, in the order of the report; each step yields its results."""
@@ -69,7 +73,7 @@ def _run(
 
 
 def _aligned(case: Case, target: str, engine: Engine) -> CaseResult:
-    figures = tuple(measure_portable(engine, target, Sky(case.node)))
+    figures = tuple(measure_portable(engine, target, Sky(case.node, **QUADRATURE)))
     return CaseResult(case, target, engine.name, None, None, approximations=figures)
 
 

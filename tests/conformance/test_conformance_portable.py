@@ -9,7 +9,7 @@ import pytest
 
 from mrm_mtlx.conformance import NODES, Case, portable, run_portable
 from mrm_mtlx.conformance.approximation import MATERIALS, Sky, bounds
-from mrm_mtlx.conformance.portable import BOUNDS, measure_portable
+from mrm_mtlx.conformance.portable import BOUNDS, QUADRATURE, measure_portable
 from mrm_mtlx.conformance.report import ConformanceReport
 from mrm_mtlx.engines import gl as engine
 from mrm_mtlx.library.portable import aligned, definitions, lobes
@@ -72,7 +72,7 @@ def test_the_figures_do_not_depend_on_the_quadrature(gl):
     node = "generalized_schlick_bsdf"
     coarse, as_it_is, fine = (
         np.array([(a.l1, a.albedo) for a in measured(node, (0.1,), angles=angles, azimuths=azimuths)])
-        for angles, azimuths in ((12, 8), (96, 32), (192, 64))
+        for angles, azimuths in ((12, 8), QUADRATURE.values(), (384, 128))
     )
     assert np.max(np.abs(as_it_is - fine)) < 1e-3
     assert np.max(np.abs(coarse - fine)) > 1e-3  # a quadrature that is too coarse is seen
