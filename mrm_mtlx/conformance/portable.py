@@ -73,7 +73,9 @@ def _run(
 
 
 def _aligned(case: Case, target: str, engine: Engine) -> CaseResult:
-    figures = tuple(measure_portable(engine, target, Sky(case.node, **QUADRATURE)))
+    figures = tuple(
+        measure_portable(engine, target, Sky(case.node, angles=QUADRATURE["angles"], azimuths=QUADRATURE["azimuths"]))
+    )
     return CaseResult(case, target, engine.name, None, None, approximations=figures)
 
 
