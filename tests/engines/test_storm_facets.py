@@ -45,9 +45,10 @@ def test_each_point_is_in_one_pixel_and_no_two_share_one(points, lighting):
 def test_a_point_is_turned_about_the_eye_by_less_than_a_pixel_and_its_normal_with_it(points, lighting):
     moved = layout(points, lighting).points
     before, after = (np.linalg.norm(p.position, axis=1) for p in (points, moved))
+    # Positions are float32: three components rounded, and their norm.
     np.testing.assert_allclose(after, before, rtol=4.0 * UNIT)
     assert np.max(np.linalg.norm(unit(moved.position) - unit(points.position), axis=1)) < PIXEL / np.sqrt(2.0)
-    # The angle that it is seen at is the same, from the back as well.
+    # The angle that it is seen at is the same, from the back as well: sums of three products of components in float32.
     seen = [np.sum(unit(p.position) * p.normal, axis=1) for p in (points, moved)]
     np.testing.assert_allclose(seen[1], seen[0], atol=16.0 * UNIT)
 
